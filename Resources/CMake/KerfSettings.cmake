@@ -1,0 +1,42 @@
+# Compiler, build type and output settings shared by every target.
+option(KERF_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+option(KERF_BUILD_TESTS "Build tests and benchmarks" ON)
+option(KERF_COVERAGE "Instrument for coverage" OFF)
+set(KERF_SANITIZE "" CACHE STRING "Sanitizers, for example address,undefined or thread")
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+
+# One instruction-set baseline for every target (Eigen's alignment depends on it); named in the journal.
+set(KERF_BASELINE "x86-64-v3")
+add_compile_options(-march=${KERF_BASELINE})
+add_compile_options(-Wall -Wextra $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> -Wno-unused-parameter)
+if(KERF_WARNINGS_AS_ERRORS)
+  add_compile_options(-Werror)
+endif()
+if(KERF_SANITIZE)
+  add_compile_options(-fsanitize=${KERF_SANITIZE} -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${KERF_SANITIZE})
+endif()
+if(KERF_COVERAGE)
+  add_compile_options(--coverage)
+  add_link_options(--coverage)
+endif()
+
+find_program(KERF_CCACHE ccache)
+if(KERF_CCACHE)
+  set(CMAKE_C_COMPILER_LAUNCHER ${KERF_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${KERF_CCACHE})
+endif()
+
+# CGAL's mesher takes 3 GB a file: never two at once. ITK's heavy filters likewise get a small pool.
+set_property(GLOBAL PROPERTY JOB_POOLS cgal=1 heavy=2)

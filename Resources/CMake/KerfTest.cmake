@@ -1,0 +1,20 @@
+# kerf_add_test(<name> SOURCES … LINK … [LABELS unit property golden case gui fuzz] [TIMEOUT s])
+# One GoogleTest executable per component. KERF_CASES / KERF_DATA default to the folders beside the checkout.
+set(KERF_CASES_DEFAULT "${CMAKE_SOURCE_DIR}/../shared/cases")
+set(KERF_DATA_DEFAULT "${CMAKE_SOURCE_DIR}/../shared/data")
+function(kerf_add_test name)
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  if(NOT T_TIMEOUT)
+    set(T_TIMEOUT 300)
+  endif()
+  if(NOT T_LABELS)
+    set(T_LABELS unit)
+  endif()
+  add_executable(${name} ${T_SOURCES})
+  target_include_directories(${name} PRIVATE "${CMAKE_SOURCE_DIR}/Testing")
+  target_link_libraries(${name} PRIVATE ${T_LINK} GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE
+    KERF_CASES_DEFAULT="${KERF_CASES_DEFAULT}" KERF_DATA_DEFAULT="${KERF_DATA_DEFAULT}"
+    KERF_BINARY="${CMAKE_BINARY_DIR}/bin/kerf" KERF_TEST_DATA="${CMAKE_SOURCE_DIR}/Testing/Data")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT})
+endfunction()
