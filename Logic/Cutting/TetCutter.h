@@ -8,30 +8,34 @@
 namespace kerf {
 
 struct CutOptions {
-  double snap_fraction = 0.3;         ///< a vertex nearer to S than this fraction of its edge is moved onto S
-  double min_dihedral_deg = 3.0;      ///< guarantee at rest
-  bool snapping = true;               ///< off = plain subdivision (for comparison only)
+  double snap_fraction =
+      0.3;  ///< a vertex nearer to S than this fraction of its edge is moved onto S
+  double min_dihedral_deg = 3.0;  ///< guarantee at rest
+  bool snapping = true;           ///< off = plain subdivision (for comparison only)
 };
 
 struct CutReport {
-  bool done = false;                  ///< false: nothing changed, `reason` says why
+  bool done = false;  ///< false: nothing changed, `reason` says why
   std::string reason;
   Index new_vertices = 0, new_tets = 0, snapped_vertices = 0, duplicated_vertices = 0;
-  double cut_area_mm2 = 0.0;          ///< new separation faces, one side
+  double cut_area_mm2 = 0.0;  ///< new separation faces, one side
   double smallest_dihedral_deg = 0.0;
   int components = 1;
   std::vector<double> component_volume_mm3;
 };
 
-/// Cuts a tetra mesh at rest along separation surfaces, increment by increment, by node snapping and local remeshing.
-/// Remembers what is already separated, so that a growing S is cut only where it is new. Guarantees, in every build:
-/// no inverted element, smallest dihedral angle ≥ options.min_dihedral_deg (where the input has ≥ 8°), volume kept to
-/// 1e-6, 2-manifold boundary, deterministic; an increment that cannot keep them leaves the mesh as it was.
+/// Cuts a tetra mesh at rest along separation surfaces, increment by increment, by node snapping
+/// and local remeshing. Remembers what is already separated, so that a growing S is cut only where
+/// it is new. Guarantees, in every build: no inverted element, smallest dihedral angle ≥
+/// options.min_dihedral_deg (where the input has ≥ 8°), volume kept to 1e-6, 2-manifold boundary,
+/// deterministic; an increment that cannot keep them leaves the mesh as it was.
 class TetCutter {
  public:
   explicit TetCutter(CutOptions options = {});
-  /// Cuts `mesh` along `surface`, the whole separation surface so far: parts that are already separated are skipped.
-  /// @param positions current vertex positions; only used to keep elements positive as deformed, may be null
+  /// Cuts `mesh` along `surface`, the whole separation surface so far: parts that are already
+  /// separated are skipped.
+  /// @param positions current vertex positions; only used to keep elements positive as deformed,
+  /// may be null
   TopologyChange Cut(const TetMesh& mesh, const CutSurface& surface, CutReport* report = nullptr,
                      const Points* positions = nullptr);
 
