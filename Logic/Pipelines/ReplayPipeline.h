@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "Core/Progress.h"
+#include "Registration/MethodOptions.h"
+#include "Registration/Reliability.h"
+
+namespace kerf {
+
+/// `kerf replay`: the whole intraoperative job over a recorded study.
+struct ReplayRequest {
+  std::string study;    ///< study folder
+  std::string results;  ///< output folder
+  std::optional<std::string> case_folder;  ///< planned before; none = plan into results/case
+  enum class Labels { Automatic, Given, Segment } labels = Labels::Automatic;
+  std::optional<std::string> tracks;  ///< perfect tracks instead of the video
+  enum class InitialPose { Given, Landmarks } registration = InitialPose::Given;
+  std::optional<int> tetrahedra;
+  int threads = 0;
+  bool render = true;
+  bool study_parameters = false;   ///< take the study's suggested_parameters and extrusion hint (reference method)
+  std::map<std::string, bool> set; ///< options that the user gave (they win over the study's suggestions)
+  MethodOptions method;
+};
+
+struct ReplayResult {
+  int frames = 0;
+  int cuts = 0;
+  GateState final_gate = GateState::Off;
+  std::string final_reason;
+  std::optional<std::string> broken;  ///< the video broke in the middle: where and why; everything before it is kept
+  double median_ms = 0.0, p99_ms = 0.0;  ///< of the pipeline without capture and rendering
+};
+
+/// Writes the results folder of DESIGN §3. Deterministic for every thread count.
+/// @throws InputError, UsageError, Cancelled
+ReplayResult Replay(const ReplayRequest& request, Progress& progress);
+
+}  // namespace kerf

@@ -1,0 +1,48 @@
+#include "Registration/CutDetection.h"
+
+#include <algorithm>
+
+#include "Registration/ModelUpdate.h"
+
+namespace kerf {
+
+MeasuredDivergence MeasureDivergence(const RegistrationState& state, const Points& current,
+                               const Points& targets, const std::vector<char>& usable,
+                               const MethodOptions& options) {
+  MeasuredDivergence out;
+  out.mu = Divergence(state.neighbors, current, targets, usable);
+  out.outliers = FindOutliers(out.mu, options.tau, options.noise_floor_mm);
+  return out;
+}
+
+double ThroughDepth_mm(const TetMesh& mesh, const Vec3& direction) {
+  const Eigen::VectorXd along = mesh.rest * direction;
+  return along.maxCoeff() - along.minCoeff() + 5.0;
+}
+
+std::optional<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
+                                  const MethodOptions& options, RegistrationState* state) {
+  const auto point = CutPoint(divergence.outliers, divergence.mu, state->neighbors,
+                              state->bound.rest, options.outliers);
+  if (!point) return std::nullopt;
+  state->neighbors =
+      RemoveCrossing(state->neighbors, state->bound.rest, *point, options.cut_radius_mm);
+  CutEvent event;
+  event.point = *point;
+  if (state->cuts.empty()) {
+    state->cuts.emplace_back();
+    state->cuts.back().detected_frame = state->frame;
+    state->cuts.back().confidence = 1.0;
+    event.first = true;
+  }
+  ModelCut& cut = state->cuts.back();
+  event.cut = static_cast<int>(state->cuts.size()) - 1;
+  if (!cut.polygon.Insert(*point, options.cut_radius_mm)) return std::nullopt;
+  const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
+  cut.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, direction));
+  cut.line = cut.polygon.Committed();
+  cut.surface = ExtrudeCut(cut.line, camera, options, cut.depth_mm);
+  return event;
+}
+
+}  // namespace kerf

@@ -1,0 +1,58 @@
+#include "Registration/Divergence.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace kerf {
+
+Eigen::VectorXd Divergence(const NeighborGraph& neighbors, const Points& current,
+                           const Points& targets, const std::vector<char>& usable) {
+  if (current.rows() != targets.rows() || usable.size() != static_cast<std::size_t>(current.rows()))
+    throw std::invalid_argument("Divergence: current, targets and usable differ in length");
+  Eigen::VectorXd mu(neighbors.Size());
+  for (Index e = 0; e < neighbors.Size(); ++e) {
+    const auto [l, m] = neighbors.pairs[e];
+    if (!usable[l] || !usable[m]) {
+      mu[e] = -1.0;
+      continue;
+    }
+    const double target_distance = (targets.row(l) - targets.row(m)).norm();
+    const auto divergence = (current.row(m) - targets.row(m)) - (current.row(l) - targets.row(l));
+    mu[e] = target_distance / neighbors.rest_distance_mm[e] * divergence.norm();
+  }
+  return mu;
+}
+
+Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floor_mm) {
+  Outliers out;
+  double sum = 0.0;
+  Index count = 0;
+  for (double mu : divergence)
+    if (mu >= 0.0) {
+      sum += mu;
+      ++count;
+    }
+  if (count == 0) return out;
+  out.mean_mm = sum / count;
+  const double threshold = std::max(tau * out.mean_mm, floor_mm);
+  for (Index e = 0; e < divergence.size(); ++e)
+    if (divergence[e] > threshold) out.pairs.push_back(e);
+  std::stable_sort(out.pairs.begin(), out.pairs.end(),
+                   [&](Index a, Index b) { return divergence[a] > divergence[b]; });
+  return out;
+}
+
+std::optional<Vec3> CutPoint(const Outliers& outliers, const Eigen::VectorXd& divergence,
+                             const NeighborGraph& neighbors, const Points& rest, int n) {
+  if (static_cast<int>(outliers.pairs.size()) <= n) return std::nullopt;
+  Vec3 sum = Vec3::Zero();
+  double weight = 0.0;
+  for (Index e : outliers.pairs) {
+    const auto [l, m] = neighbors.pairs[e];
+    sum += divergence[e] * 0.5 * (rest.row(l) + rest.row(m)).transpose();
+    weight += divergence[e];
+  }
+  return Vec3(sum / weight);
+}
+
+}  // namespace kerf

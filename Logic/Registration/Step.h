@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "Core/Camera.h"
+#include "Core/Features.h"
+#include "Cutting/TetCutter.h"
+#include "Mechanics/ElasticSolver.h"
+#include "Registration/MethodOptions.h"
+#include "Registration/RegistrationState.h"
+
+namespace kerf {
+
+/// Stages of one frame, in order; the columns of timing.csv.
+enum class Stage { Tracking, Targets, Detection, Cutting, Solve, Structures };
+
+/// Told when a stage begins: the session measures time with it. Registration itself never looks at a clock.
+class StageObserver {
+ public:
+  virtual ~StageObserver() = default;
+  virtual void Begin(Stage stage) = 0;
+};
+
+/// The parts that a registration runs on. They hold caches only (image pyramids, factorizations).
+struct Engine {
+  FeatureTracker& tracker;
+  ElasticSolver& solver;
+  TetCutter& cutter;
+  StageObserver* observer = nullptr;
+};
+
+/// A growth of a cut in this frame.
+struct CutEvent {
+  int cut = 0;              ///< index in RegistrationState::cuts
+  bool first = false;       ///< the cut was detected in this frame
+  Vec3 point = Vec3::Zero();
+  CutReport report;         ///< what the cutter did, or why it refused
+};
+
+struct StepReport {
+  SolveReport solve;
+  double divergence_mean_mm = 0.0;  ///< μ_∅ of the last iteration
+  int outliers = 0;
+  std::vector<CutEvent> cuts;
+};
+
+/// Everything before the first step: features of the first frame, bound to the registered model, and their graph.
+/// @param mesh, structures from planning; the pose in `camera` is the accepted initial registration
+RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetMesh mesh,
+                             std::vector<Structure> structures, const MethodOptions& options,
+                             Engine& engine);
+
+/// One frame of the paper's Fig. 1. Values and options in, state changed, report out.
+StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptions& options,
+                Engine& engine, RegistrationState* state);
+
+}  // namespace kerf
