@@ -1,0 +1,64 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "Core/Progress.h"
+#include "Core/Volume.h"
+#include "Cutting/CutStructure.h"
+#include "Geometry/EmbedPoints.h"
+#include "Meshing/TetMesher.h"
+
+namespace kerf {
+
+/// What planning hands to the operating room. Everything at rest, patient LPS, mm.
+struct PlannedCase {
+  TetMesh mesh;               ///< organ with the tumour as region
+  SurfaceMesh organ_surface;  ///< boundary of `mesh`
+  std::vector<Structure>
+      structures;  ///< "internal", "tumour", those that the labels have; embedded in `mesh`
+  std::optional<LabelMap> labels;  ///< none where planned from a surface
+  std::optional<Volume> ct;
+  MeshingReport report;       ///< quality only, after ReadCase
+  EmbeddingReport embedding;  ///< over all structures
+};
+
+/// Label map (1 organ, 2 tumour, 3 inner structure) → organ mesh, structure surfaces, embedding.
+/// Deterministic.
+/// @throws InputError naming labels.source: no organ, unknown labels; Cancelled
+PlannedCase PlanFromLabels(const LabelMap& labels, const MeshingOptions& options,
+                           Progress& progress);
+
+/// Closed surface (LPS mm) → organ mesh; there are no inner structures.
+/// @throws InputError naming `file` and the element: inverted, open, self-intersecting; Cancelled
+PlannedCase PlanFromSurface(const SurfaceMesh& surface, const std::string& file,
+                            const MeshingOptions& options, Progress& progress);
+
+/// Writes the case folder (DESIGN §3) in one step: after a crash there is the old one or the new
+/// one.
+/// @param provenance into the manifest: inputs, parameters
+void WriteCase(const PlannedCase& planned, const std::string& folder,
+               const std::map<std::string, std::string>& provenance = {});
+
+/// Reads a case folder back (mesh, surface, structures and their embedding; labels and CT stay on
+/// disk).
+/// @throws InputError naming file and element
+PlannedCase ReadCase(const std::string& folder);
+
+/// What `kerf plan` and the Planning module ask for.
+struct PlanRequest {
+  std::string input;        ///< DICOM folder, NIfTI, NRRD, or closed surface
+  std::string labels_file;  ///< finished label map; empty = segment the CT
+  std::string seeds_file;   ///< Slicer markups
+  std::string preset;       ///< "liver", "kidney" or empty
+  std::string series_uid;   ///< which series of a DICOM folder; empty = the only or largest one
+  MeshingOptions meshing;
+};
+
+/// The whole job in memory: read, segment where no labels are given, mesh, embed.
+/// @throws InputError, UsageError (options that contradict each other), Cancelled
+PlannedCase Plan(const PlanRequest& request, Progress& progress);
+
+}  // namespace kerf
