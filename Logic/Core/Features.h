@@ -32,6 +32,9 @@ class FeatureTracker {
   virtual FeatureSet Detect(const Frame& frame, const Image& organ_mask, int wanted) = 0;
   /// Positions and states of `features` in `frame`, which follows the frame of the last call.
   virtual void Track(const Frame& frame, FeatureSet* features) = 0;
+  /// A hint for the next call of Track: where the model expects each feature (same rows; NaN where it does not know).
+  /// Used to find features again that were lost or hidden, never as a measurement.
+  virtual void Predict(const Pixels& predicted_px) {}
 };
 
 }  // namespace kerf
