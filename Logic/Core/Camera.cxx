@@ -35,8 +35,7 @@ Vec2 CameraModel::Undistort(const Vec2& pixel) const {
 
 Vec2 CameraModel::Project(const Vec3& world) const {
   const Vec3 c = camera_from_world * world;
-  if (c.z() <= 1e-6)
-    return Vec2::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (c.z() <= 1e-6) return Vec2::Constant(std::numeric_limits<double>::quiet_NaN());
   return Distort({c.x() / c.z(), c.y() / c.z()});
 }
 

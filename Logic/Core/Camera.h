@@ -14,7 +14,8 @@ struct Ray {
 };
 
 /// Calibrated pinhole camera with OpenCV's five-parameter distortion (k1 k2 p1 p2 k3).
-/// x_camera = camera_from_world · x_world (world = patient LPS, mm; camera x right, y down, z forward).
+/// x_camera = camera_from_world · x_world (world = patient LPS, mm; camera x right, y down, z
+/// forward).
 struct CameraModel {
   int width = 0, height = 0;  ///< px
   double fx = 0, fy = 0, cx = 0, cy = 0;

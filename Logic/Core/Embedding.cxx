@@ -6,8 +6,9 @@ void Embedding::Positions(const Points& positions, const Tets& tets, Points* out
   out->resize(Size(), 3);
   for (Index i = 0; i < Size(); ++i) {
     const auto corner = tets.row(tet[i]);
-    out->row(i) = weights(i, 0) * positions.row(corner[0]) + weights(i, 1) * positions.row(corner[1]) +
-                  weights(i, 2) * positions.row(corner[2]) + weights(i, 3) * positions.row(corner[3]);
+    out->row(i) =
+        weights(i, 0) * positions.row(corner[0]) + weights(i, 1) * positions.row(corner[1]) +
+        weights(i, 2) * positions.row(corner[2]) + weights(i, 3) * positions.row(corner[3]);
   }
 }
 

@@ -7,8 +7,9 @@
 
 namespace kerf {
 
-/// Barycentric embedding of points in a tetra mesh: p = Σ_k w_k · P_V[tet_k] (features P_F and structures P_I alike).
-/// Points slightly outside are bound to the nearest tetrahedron by extrapolating weights (negative weights).
+/// Barycentric embedding of points in a tetra mesh: p = Σ_k w_k · P_V[tet_k] (features P_F and
+/// structures P_I alike). Points slightly outside are bound to the nearest tetrahedron by
+/// extrapolating weights (negative weights).
 struct Embedding {
   std::vector<Index> tet;  ///< N tetrahedra
   Weights4 weights;        ///< N×4, rows sum to 1

@@ -8,7 +8,8 @@ namespace kerf {
 /// A broken input from outside: names the file and the element. The shell exits with 3.
 class InputError : public std::runtime_error {
  public:
-  /// @param file path as the user gave it; @param element what in it (line, key, slice, triangle …), may be empty
+  /// @param file path as the user gave it; @param element what in it (line, key, slice, triangle
+  /// …), may be empty
   InputError(const std::string& file, const std::string& element, const std::string& problem);
   const std::string& File() const { return file_; }
   const std::string& Element() const { return element_; }

@@ -6,12 +6,13 @@
 
 namespace kerf {
 
-/// Where long work reports to and asks whether it is still wanted. Implementations: a line in the shell, the window's
-/// progress bar, the silent default. Called from the working thread.
+/// Where long work reports to and asks whether it is still wanted. Implementations: a line in the
+/// shell, the window's progress bar, the silent default. Called from the working thread.
 class Progress {
  public:
   virtual ~Progress() = default;
-  /// @param fraction of the whole job, 0..1; @param what a short phrase for people ("meshing organ")
+  /// @param fraction of the whole job, 0..1; @param what a short phrase for people ("meshing
+  /// organ")
   virtual void Report(double fraction, const std::string& what) {}
   /// A sentence worth keeping: a warning, an assumption that was made.
   virtual void Warn(const std::string& message) {}

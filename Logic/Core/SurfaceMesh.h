@@ -13,7 +13,8 @@ struct SurfaceMesh {
   Triangles triangles;  ///< F×3, counter-clockwise seen from outside
 
   bool Empty() const { return triangles.rows() == 0; }
-  /// @throws InputError naming `file` and the triangle or point: index out of range, NaN, degenerate to a point
+  /// @throws InputError naming `file` and the triangle or point: index out of range, NaN,
+  /// degenerate to a point
   void Validate(const std::string& file) const;
   /// Signed volume by the divergence theorem, mm³: positive when closed and oriented outwards.
   double SignedVolume() const;

@@ -91,8 +91,9 @@ double SmallestDihedral_deg(const Vec3& a, const Vec3& b, const Vec3& c, const V
 
 void TetMesh::Validate(const std::string& file) const {
   if (region.size() != static_cast<std::size_t>(tets.rows()))
-    throw InputError(file, "region", "has " + std::to_string(region.size()) + " values for " +
-                                         std::to_string(tets.rows()) + " tetrahedra");
+    throw InputError(file, "region",
+                     "has " + std::to_string(region.size()) + " values for " +
+                         std::to_string(tets.rows()) + " tetrahedra");
   for (Index i = 0; i < rest.rows(); ++i)
     if (!rest.row(i).allFinite())
       throw InputError(file, "vertex " + std::to_string(i), "coordinate is not a finite number");
@@ -198,8 +199,8 @@ MeshQuality MeasureQuality(const TetMesh& mesh, const Points& positions) {
   SurfaceMesh boundary;
   boundary.points = positions;
   boundary.triangles = BoundaryFaces(mesh.tets);
-  quality.manifold_boundary = boundary.IsClosedManifold() &&
-                              VertexManifold(boundary.triangles, mesh.VertexCount());
+  quality.manifold_boundary =
+      boundary.IsClosedManifold() && VertexManifold(boundary.triangles, mesh.VertexCount());
   return quality;
 }
 

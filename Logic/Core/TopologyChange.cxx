@@ -22,15 +22,16 @@ Embedding TopologyChange::MapEmbedding(const Embedding& old, const TetMesh& old_
   out.weights.resize(old.Size(), 4);
   std::map<Index, std::vector<Index>> children;  // old tet → patch tets cut out of it
   for (Index t : new_tets) children[parent_tet[t]].push_back(t);
-  // The tetrahedron whose smallest weight is largest holds the point (or is nearest to it in weight).
+  // The tetrahedron whose smallest weight is largest holds the point (or is nearest to it in
+  // weight).
   auto best_of = [&](const std::vector<Index>& candidates, const Vec3& p, Index* best,
                      Vec4* best_weights) {
     double best_inside = -std::numeric_limits<double>::infinity();
     for (Index t : candidates) {
       const auto c = mesh.tets.row(t);
-      const Vec4 w = BarycentricWeights(
-          p, mesh.rest.row(c[0]).transpose(), mesh.rest.row(c[1]).transpose(),
-          mesh.rest.row(c[2]).transpose(), mesh.rest.row(c[3]).transpose());
+      const Vec4 w =
+          BarycentricWeights(p, mesh.rest.row(c[0]).transpose(), mesh.rest.row(c[1]).transpose(),
+                             mesh.rest.row(c[2]).transpose(), mesh.rest.row(c[3]).transpose());
       if (w.minCoeff() > best_inside) {
         best_inside = w.minCoeff();
         *best = t;
@@ -48,8 +49,7 @@ Embedding TopologyChange::MapEmbedding(const Embedding& old, const TetMesh& old_
     }
     const auto corners = old_mesh.tets.row(old.tet[i]);
     Vec3 p = Vec3::Zero();
-    for (int k = 0; k < 4; ++k)
-      p += old.weights(i, k) * old_mesh.rest.row(corners[k]).transpose();
+    for (int k = 0; k < 4; ++k) p += old.weights(i, k) * old_mesh.rest.row(corners[k]).transpose();
     Index best = -1;
     Vec4 weights = Vec4::Zero();
     double inside = -std::numeric_limits<double>::infinity();

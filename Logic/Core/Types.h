@@ -5,8 +5,8 @@
 #include <cstdint>
 
 /// Kerf: surgical augmented reality that survives the cut.
-/// Frames and units everywhere in Logic: patient LPS, mm, s; masses in g, so that stress is in Pa; E enters in kPa.
-/// Camera frame as OpenCV: x right, y down, z forward, pixel centres at integers.
+/// Frames and units everywhere in Logic: patient LPS, mm, s; masses in g, so that stress is in Pa;
+/// E enters in kPa. Camera frame as OpenCV: x right, y down, z forward, pixel centres at integers.
 namespace kerf {
 
 using Index = std::int32_t;

@@ -10,7 +10,8 @@
 
 namespace kerf {
 
-/// Regular grid in patient LPS: world = origin + direction · (spacing ∘ index), index (0,0,0) = centre of first voxel.
+/// Regular grid in patient LPS: world = origin + direction · (spacing ∘ index), index (0,0,0) =
+/// centre of first voxel.
 struct GridGeometry {
   Eigen::Vector3i size = Eigen::Vector3i::Zero();
   Vec3 spacing_mm = Vec3::Ones();
@@ -29,11 +30,13 @@ struct GridGeometry {
     return (std::size_t(k) * size[1] + j) * size[0] + i;
   }
   bool SameAs(const GridGeometry& other, double tolerance_mm = 1e-3) const;
-  /// @throws InputError (with `file`) on non-positive size, spacing, NaN, or a direction that is no rotation/reflection
+  /// @throws InputError (with `file`) on non-positive size, spacing, NaN, or a direction that is no
+  /// rotation/reflection
   void Validate(const std::string& file) const;
 };
 
-/// CT, Hounsfield units, x fastest. Voxels are shared and constant: copies are cheap, snapshots safe.
+/// CT, Hounsfield units, x fastest. Voxels are shared and constant: copies are cheap, snapshots
+/// safe.
 struct Volume {
   GridGeometry grid;
   std::shared_ptr<const std::vector<std::int16_t>> voxels;

@@ -7,8 +7,8 @@
 namespace kerf {
 
 MeasuredDivergence MeasureDivergence(const RegistrationState& state, const Points& current,
-                               const Points& targets, const std::vector<char>& usable,
-                               const MethodOptions& options) {
+                                     const Points& targets, const std::vector<char>& usable,
+                                     const MethodOptions& options) {
   MeasuredDivergence out;
   out.mu = Divergence(state.neighbors, current, targets, usable);
   out.outliers = FindOutliers(out.mu, options.tau, options.noise_floor_mm);

@@ -15,11 +15,12 @@ struct MeasuredDivergence {
 };
 
 MeasuredDivergence MeasureDivergence(const RegistrationState& state, const Points& current,
-                               const Points& targets, const std::vector<char>& usable,
-                               const MethodOptions& options);
+                                     const Points& targets, const std::vector<char>& usable,
+                                     const MethodOptions& options);
 
-/// The paper's detection: outliers → cut point (projected to the rest surface) → neighbours that cross its sphere are
-/// removed → the polygon grows at its nearest end → S grows with it. One sequence of cut points.
+/// The paper's detection: outliers → cut point (projected to the rest surface) → neighbours that
+/// cross its sphere are removed → the polygon grows at its nearest end → S grows with it. One
+/// sequence of cut points.
 /// @return the event when the committed line grew; `state->cuts` holds the new line and S
 std::optional<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
                                   const MethodOptions& options, RegistrationState* state);

@@ -21,8 +21,8 @@ bool CutPolygon::Insert(const Vec3& point, double radius_mm) {
     inserted_.push_back(point);
     return false;
   }
-  const bool at_front = inserted_.size() > 1 && (point - inserted_.front()).norm() <
-                                                    (point - inserted_.back()).norm();
+  const bool at_front = inserted_.size() > 1 &&
+                        (point - inserted_.front()).norm() < (point - inserted_.back()).norm();
   if (at_front) {
     std::reverse(inserted_.begin(), inserted_.end());
     std::reverse(committed_.begin(), committed_.end());

@@ -7,11 +7,13 @@
 
 namespace kerf {
 
-/// Divergence of neighbouring features, Eq. (11): μ_lm = δ¹_lm/δ⁰_lm · ‖d_m − d_l‖ with d = p^t − p¹.
+/// Divergence of neighbouring features, Eq. (11): μ_lm = δ¹_lm/δ⁰_lm · ‖d_m − d_l‖ with d = p^t −
+/// p¹.
 /// @param neighbors E pairs with rest distances, mm
 /// @param current   N×3, P_F^t, patient LPS, mm
 /// @param targets   N×3, P_F¹, same rows as `current` (checked)
-/// @param usable    N flags; a pair with an unusable feature has μ = −1 and takes no part in the mean
+/// @param usable    N flags; a pair with an unusable feature has μ = −1 and takes no part in the
+/// mean
 /// @return E values ≥ 0 (or −1), mm
 Eigen::VectorXd Divergence(const NeighborGraph& neighbors, const Points& current,
                            const Points& targets, const std::vector<char>& usable);
@@ -23,7 +25,8 @@ struct Outliers {
 };
 Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floor_mm);
 
-/// "As soon as the number of outliers exceeds n": barycentre of the outliers' centres at rest, weighted with μ.
+/// "As soon as the number of outliers exceeds n": barycentre of the outliers' centres at rest,
+/// weighted with μ.
 std::optional<Vec3> CutPoint(const Outliers& outliers, const Eigen::VectorXd& divergence,
                              const NeighborGraph& neighbors, const Points& rest, int n);
 

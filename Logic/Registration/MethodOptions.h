@@ -13,28 +13,31 @@ enum class Method {
   Reference  ///< the paper's method, for comparison
 };
 
-/// Everything that steers one registration. The defaults are Kerf's; `ReferenceOptions()` gives the paper's.
+/// Everything that steers one registration. The defaults are Kerf's; `ReferenceOptions()` gives the
+/// paper's.
 struct MethodOptions {
   Method method = Method::Kerf;
   bool cutting = true;
 
   // Elasticity and springs, Eq. (2)–(5)
   Material material;
-  double spring_factor_mm = 10.0;    ///< k_l = spring_factor · E: 10 mm is LIMITS' floor; the paper's is 1 mm
+  double spring_factor_mm =
+      10.0;  ///< k_l = spring_factor · E: 10 mm is LIMITS' floor; the paper's is 1 mm
   std::optional<double> spring_N_m;  ///< `--spring`: k_l itself, N/m; overrides the factor
-  double along_factor = 0.1;         ///< stiffness along the line of sight relative to across (depth gauge)
-  double robust_scale_mm = 3.0;      ///< Geman–McClure; 0 = quadratic
-  int steps_per_frame = 1;           ///< repeats of steps [2]–[8] of Fig. 1 with one frame
+  double along_factor =
+      0.1;  ///< stiffness along the line of sight relative to across (depth gauge)
+  double robust_scale_mm = 3.0;  ///< Geman–McClure; 0 = quadratic
+  int steps_per_frame = 1;       ///< repeats of steps [2]–[8] of Fig. 1 with one frame
   SolveOptions solve;
 
   // Cut detection, Eq. (11)
-  double neighbour_radius_mm = 15.0;  ///< r_PF⁰
-  double tau = 8.0;                   ///< τ: outliers have μ > τ μ_∅
-  int outliers = 8;                   ///< n
-  double cut_radius_mm = 7.0;         ///< r_pC
-  double noise_floor_mm = 0.5;        ///< μ below it is never an outlier (tracking noise at rest)
-  std::optional<Vec3> extrusion;      ///< LPS unit vector into the tissue; none = camera direction
-  std::optional<double> cut_depth_mm; ///< limited depth; none = through
+  double neighbour_radius_mm = 15.0;   ///< r_PF⁰
+  double tau = 8.0;                    ///< τ: outliers have μ > τ μ_∅
+  int outliers = 8;                    ///< n
+  double cut_radius_mm = 7.0;          ///< r_pC
+  double noise_floor_mm = 0.5;         ///< μ below it is never an outlier (tracking noise at rest)
+  std::optional<Vec3> extrusion;       ///< LPS unit vector into the tissue; none = camera direction
+  std::optional<double> cut_depth_mm;  ///< limited depth; none = through
   StructureCutMode structure_mode = StructureCutMode::Split;
 
   int wanted_features = 225;

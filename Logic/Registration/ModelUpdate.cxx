@@ -5,7 +5,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kAbove_mm = 15.0;   // S starts this far in front of the line: the surface bulges and the line is a chord
+constexpr double kAbove_mm =
+    15.0;  // S starts this far in front of the line: the surface bulges and the line is a chord
 constexpr double kSpacing_mm = 3.0;  // of the strip's rows
 
 }  // namespace

@@ -15,10 +15,12 @@ struct NeighborGraph {
   Index Size() const { return static_cast<Index>(pairs.size()); }
 };
 
-/// C_F⁰ = {(l, m) | δ⁰_lm < radius}. @param rest N×3, mm. Coinciding features (< 0.1 mm) are no neighbours.
+/// C_F⁰ = {(l, m) | δ⁰_lm < radius}. @param rest N×3, mm. Coinciding features (< 0.1 mm) are no
+/// neighbours.
 NeighborGraph BuildNeighborGraph(const Points& rest, double radius_mm);
 
-/// The pairs whose connection at rest does not cross the sphere around `center` ("Insertion of cut points").
+/// The pairs whose connection at rest does not cross the sphere around `center` ("Insertion of cut
+/// points").
 NeighborGraph RemoveCrossing(const NeighborGraph& graph, const Points& rest, const Vec3& center,
                              double radius_mm);
 

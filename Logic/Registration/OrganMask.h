@@ -6,7 +6,8 @@
 
 namespace kerf {
 
-/// Projection of a surface into the raw (distorted) image: 1 channel, 255 where a triangle covers the pixel centre.
+/// Projection of a surface into the raw (distorted) image: 1 channel, 255 where a triangle covers
+/// the pixel centre.
 Image ProjectedMask(const SurfaceMesh& surface, const CameraModel& camera);
 
 }  // namespace kerf

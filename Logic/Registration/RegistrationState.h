@@ -13,12 +13,12 @@ namespace kerf {
 
 /// One cut of the model.
 struct ModelCut {
-  CutPolygon polygon;        ///< evidence and committed line (reference method)
-  CutPolyline line;          ///< committed line on the rest surface, mm
-  CutSurface surface;        ///< S so far, at rest
+  CutPolygon polygon;  ///< evidence and committed line (reference method)
+  CutPolyline line;    ///< committed line on the rest surface, mm
+  CutSurface surface;  ///< S so far, at rest
   int detected_frame = -1;
-  double depth_mm = 0.0;     ///< reach of S below the surface
-  double confidence = 0.0;   ///< 0..1
+  double depth_mm = 0.0;    ///< reach of S below the surface
+  double confidence = 0.0;  ///< 0..1
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.

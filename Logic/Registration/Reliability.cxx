@@ -8,15 +8,18 @@
 namespace kerf {
 namespace {
 
-constexpr double kInlier_mm = 3.0;    // a feature farther from its model point than this speaks against the model
-constexpr double kDepthShare = 0.20;  // 1 σ of unseen depth motion per mm of mean feature motion (docs/validation.md)
-constexpr int kGrid = 6;              // coverage: cells across the initial feature cloud
+constexpr double kInlier_mm =
+    3.0;  // a feature farther from its model point than this speaks against the model
+constexpr double kDepthShare =
+    0.20;  // 1 σ of unseen depth motion per mm of mean feature motion (docs/validation.md)
+constexpr int kGrid = 6;  // coverage: cells across the initial feature cloud
 
 double Ramp(double value, double bad, double good) {
   return std::clamp((value - bad) / (good - bad), 0.0, 1.0);
 }
 
-/// Cells of the rest cloud (in its two widest world axes) that hold at least one of the given features.
+/// Cells of the rest cloud (in its two widest world axes) that hold at least one of the given
+/// features.
 int OccupiedCells(const Points& rest, const std::vector<char>& use) {
   const Vec3 low = rest.colwise().minCoeff().transpose();
   const Vec3 extent = rest.colwise().maxCoeff().transpose() - low;
@@ -39,9 +42,12 @@ int OccupiedCells(const Points& rest, const std::vector<char>& use) {
 
 const char* ToString(GateState state) {
   switch (state) {
-    case GateState::Green: return "green";
-    case GateState::Amber: return "amber";
-    case GateState::Off: return "off";
+    case GateState::Green:
+      return "green";
+    case GateState::Amber:
+      return "amber";
+    case GateState::Off:
+      return "off";
   }
   return "off";
 }

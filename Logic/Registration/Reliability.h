@@ -16,9 +16,10 @@ struct Reliability {
   double score = 0.0;          ///< 0..1, the smallest of the parts below
   std::string reason;          ///< in words; "ok" when green
   double tumour_u95_mm = 0.0;  ///< 95 % radius of the tumour's position
-  double inliers = 0.0;        ///< tracked features that agree with the model, of those tracked at the start
-  double coverage = 0.0;       ///< area of the initial feature cloud still covered by tracked features
-  double residual_px = 0.0;    ///< robust scale of the reprojection error of tracked features
+  double inliers =
+      0.0;  ///< tracked features that agree with the model, of those tracked at the start
+  double coverage = 0.0;  ///< area of the initial feature cloud still covered by tracked features
+  double residual_px = 0.0;  ///< robust scale of the reprojection error of tracked features
 };
 
 /// @param initially_tracked number of features that took part in the first frame

@@ -19,7 +19,8 @@ std::vector<char> Usable(const RegistrationState& state) {
   return usable;
 }
 
-/// Springs of Eq. (4) between the features and their targets; Kerf's are rays with a weak depth gauge.
+/// Springs of Eq. (4) between the features and their targets; Kerf's are rays with a weak depth
+/// gauge.
 Springs FeatureSprings(const RegistrationState& state, const Points& targets,
                        const std::vector<char>& usable, const CameraModel& camera,
                        const MethodOptions& options) {

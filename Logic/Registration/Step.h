@@ -15,7 +15,8 @@ namespace kerf {
 /// Stages of one frame, in order; the columns of timing.csv.
 enum class Stage { Tracking, Targets, Detection, Cutting, Solve, Structures };
 
-/// Told when a stage begins: the session measures time with it. Registration itself never looks at a clock.
+/// Told when a stage begins: the session measures time with it. Registration itself never looks at
+/// a clock.
 class StageObserver {
  public:
   virtual ~StageObserver() = default;
@@ -32,10 +33,10 @@ struct Engine {
 
 /// A growth of a cut in this frame.
 struct CutEvent {
-  int cut = 0;              ///< index in RegistrationState::cuts
-  bool first = false;       ///< the cut was detected in this frame
+  int cut = 0;         ///< index in RegistrationState::cuts
+  bool first = false;  ///< the cut was detected in this frame
   Vec3 point = Vec3::Zero();
-  CutReport report;         ///< what the cutter did, or why it refused
+  CutReport report;  ///< what the cutter did, or why it refused
 };
 
 struct StepReport {
@@ -45,7 +46,8 @@ struct StepReport {
   std::vector<CutEvent> cuts;
 };
 
-/// Everything before the first step: features of the first frame, bound to the registered model, and their graph.
+/// Everything before the first step: features of the first frame, bound to the registered model,
+/// and their graph.
 /// @param mesh, structures from planning; the pose in `camera` is the accepted initial registration
 RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetMesh mesh,
                              std::vector<Structure> structures, const MethodOptions& options,

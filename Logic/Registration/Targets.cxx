@@ -82,8 +82,7 @@ Points TargetsAtRestDepth(const Pixels& pixels, const Eigen::VectorXd& rest_dept
                           const CameraModel& camera) {
   Points targets(pixels.rows(), 3);
   for (Index i = 0; i < pixels.rows(); ++i)
-    targets.row(i) =
-        camera.PointAtDepth(pixels.row(i).transpose(), rest_depth_mm[i]).transpose();
+    targets.row(i) = camera.PointAtDepth(pixels.row(i).transpose(), rest_depth_mm[i]).transpose();
   return targets;
 }
 

@@ -23,18 +23,25 @@ class RegistrationSession::StageClock : public StageObserver {
  private:
   void Stop() {
     if (!running_) return;
-    *running_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since_)
-                     .count();
+    *running_ +=
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since_)
+            .count();
     running_ = nullptr;
   }
   double* Column(Stage stage) {
     switch (stage) {
-      case Stage::Tracking: return &times_.tracking_ms;
-      case Stage::Targets: return &times_.targets_ms;
-      case Stage::Detection: return &times_.detection_ms;
-      case Stage::Cutting: return &times_.cutting_ms;
-      case Stage::Solve: return &times_.solve_ms;
-      case Stage::Structures: return &times_.structures_ms;
+      case Stage::Tracking:
+        return &times_.tracking_ms;
+      case Stage::Targets:
+        return &times_.targets_ms;
+      case Stage::Detection:
+        return &times_.detection_ms;
+      case Stage::Cutting:
+        return &times_.cutting_ms;
+      case Stage::Solve:
+        return &times_.solve_ms;
+      case Stage::Structures:
+        return &times_.structures_ms;
     }
     return nullptr;
   }

@@ -28,8 +28,9 @@ struct SessionFrame {
   StageTimes times;
 };
 
-/// One intraoperative registration from its first frame on: owns state and engine, measures time around the stages.
-/// The clock is only read for reports; results never depend on it. Single-threaded use.
+/// One intraoperative registration from its first frame on: owns state and engine, measures time
+/// around the stages. The clock is only read for reports; results never depend on it.
+/// Single-threaded use.
 class RegistrationSession {
  public:
   /// @param camera with the accepted initial registration

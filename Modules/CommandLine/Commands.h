@@ -4,8 +4,9 @@
 
 namespace kerf {
 
-// One function per command, each in its own file: adds the subcommand with its options, help and examples; its callback
-// does the work through Logic/Pipelines and throws InputError / UsageError / Cancelled.
+// One function per command, each in its own file: adds the subcommand with its options, help and
+// examples; its callback does the work through Logic/Pipelines and throws InputError / UsageError /
+// Cancelled.
 void AddPlanCommand(CLI::App& app, CommandContext& context);
 void AddReplayCommand(CLI::App& app, CommandContext& context);
 void AddEvaluateCommand(CLI::App& app, CommandContext& context);

@@ -1,0 +1,46 @@
+#include "Registration/CutLine.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kBehind_mm = 500.0;  // rays start well in front of the organ
+constexpr double kOnSurface_mm =
+    0.1;  // a face centre farther from the uncut surface than this is a cut face
+
+}  // namespace
+
+Points LineOnSurface(const CutPolyline& line, const Vec3& direction, const SurfaceTree& surface,
+                     double step_mm) {
+  std::vector<Vec3> hits;
+  const auto cast = [&](const Vec3& p) {
+    if (const auto hit = surface.FirstHit({p - kBehind_mm * direction, direction}))
+      hits.push_back(hit->point);
+  };
+  for (Index i = 0; i + 1 < line.points.rows(); ++i) {
+    const Vec3 a = line.points.row(i).transpose(), b = line.points.row(i + 1).transpose();
+    const int steps = std::max(1, static_cast<int>(std::ceil((b - a).norm() / step_mm)));
+    for (int k = 0; k < steps; ++k) cast(a + (b - a) * (double(k) / steps));
+  }
+  if (line.points.rows() > 0) cast(line.points.bottomRows(1).transpose());
+  Points out(hits.size(), 3);
+  for (std::size_t i = 0; i < hits.size(); ++i) out.row(i) = hits[i].transpose();
+  return out;
+}
+
+std::vector<std::uint8_t> CutFaceFlags(const SurfaceMesh& boundary, const SurfaceTree& uncut) {
+  std::vector<std::uint8_t> flags(boundary.triangles.rows(), 0);
+  for (Index t = 0; t < boundary.triangles.rows(); ++t) {
+    const auto corner = boundary.triangles.row(t);
+    const Vec3 center = (boundary.points.row(corner[0]) + boundary.points.row(corner[1]) +
+                         boundary.points.row(corner[2]))
+                            .transpose() /
+                        3.0;
+    flags[t] = uncut.Closest(center).distance_mm > kOnSurface_mm;
+  }
+  return flags;
+}
+
+}  // namespace kerf
