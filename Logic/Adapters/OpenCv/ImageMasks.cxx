@@ -1,0 +1,77 @@
+#include "Adapters/OpenCv/ImageMasks.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include "Adapters/OpenCv/CvMats.h"
+#include "Adapters/OpenCv/Masks.h"
+
+namespace kerf {
+namespace {
+
+/// The mask is made at a quarter of the size: tools are large, and it is made for every frame.
+constexpr int kShrink = 4;
+
+}  // namespace
+
+cv::Mat FindInstruments(const cv::Mat& bgr) {
+  const cv::Size small_size((bgr.cols + kShrink - 1) / kShrink, (bgr.rows + kShrink - 1) / kShrink);
+  cv::Mat small, grey_pixels(small_size, CV_8U, cv::Scalar(0));
+  cv::resize(bgr, small, small_size, 0, 0, cv::INTER_AREA);
+  for (int y = 0; y < small.rows; ++y) {
+    const cv::Vec3b* row = small.ptr<cv::Vec3b>(y);
+    std::uint8_t* out = grey_pixels.ptr<std::uint8_t>(y);
+    for (int x = 0; x < small.cols; ++x) {
+      const int b = row[x][0], g = row[x][1], r = row[x][2];
+      const int low = std::min({b, g, r}), high = std::max({b, g, r});
+      // Grey by ratio; nearly black pixels have no colour to judge; nearly white ones are
+      // highlights.
+      const bool grey = (high - low) * 100 < 30 * high;
+      // Tissue is never bluer than red; steel and black plastic reflect blue at least as well.
+      if (grey && high >= 12 && low < 225 && b + 8 >= r) out[x] = 255;
+    }
+  }
+  cv::morphologyEx(grey_pixels, grey_pixels, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
+  cv::Mat labels, stats, centroids;
+  const int count = cv::connectedComponentsWithStats(grey_pixels, labels, stats, centroids, 8);
+  std::vector<std::uint8_t> is_tool(count, 0);
+  const int least_area = small.rows * small.cols / 600;
+  for (int label = 1; label < count; ++label) {
+    const int x = stats.at<int>(label, cv::CC_STAT_LEFT), y = stats.at<int>(label, cv::CC_STAT_TOP);
+    const int w = stats.at<int>(label, cv::CC_STAT_WIDTH);
+    const int h = stats.at<int>(label, cv::CC_STAT_HEIGHT);
+    const int area = stats.at<int>(label, cv::CC_STAT_AREA);
+    const bool at_border = x == 0 || y == 0 || x + w == small.cols || y + h == small.rows;
+    // A background that is grey itself covers most of the border; a tool never covers half the
+    // image.
+    if (at_border && area >= least_area && area < small.rows * small.cols / 2) is_tool[label] = 255;
+  }
+  for (int y = 0; y < small.rows; ++y) {
+    const int* label = labels.ptr<int>(y);
+    std::uint8_t* out = grey_pixels.ptr<std::uint8_t>(y);
+    for (int x = 0; x < small.cols; ++x) out[x] = is_tool[label[x]];
+  }
+  cv::Mat full;
+  cv::resize(grey_pixels, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
+  cv::threshold(full, full, 100, 255, cv::THRESH_BINARY);
+  return full;
+}
+
+cv::Mat FindHighlights(const cv::Mat& bgr) {
+  cv::Mat mask;
+  cv::inRange(bgr, cv::Scalar(205, 205, 205), cv::Scalar(255, 255, 255), mask);
+  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  return mask;
+}
+
+Image InstrumentMask(const Frame& frame) {
+  if (!frame.image) return Image{0, 0, 1, {}};
+  return ToImage(FindInstruments(ViewOf(*frame.image)));
+}
+
+Image SpecularMask(const Frame& frame) {
+  if (!frame.image) return Image{0, 0, 1, {}};
+  return ToImage(FindHighlights(ViewOf(*frame.image)));
+}
+
+}  // namespace kerf

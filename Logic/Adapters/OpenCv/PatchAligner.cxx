@@ -1,0 +1,211 @@
+#include "Adapters/OpenCv/PatchAligner.h"
+
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+/// Least share of a patch that has to be usable, in the reference as in the current frame.
+constexpr float kLeastUsed = 0.45F;
+/// Least texture: a smaller eigenvalue below this is camera noise.
+constexpr float kLeastTexture = 1.0F;
+
+bool IsPlausible(const Eigen::Matrix2f& A) {
+  // Singular values of a 2×2 matrix from its invariants; tissue stretches, it does not mirror or
+  // collapse.
+  const float determinant = A.determinant();
+  const float squares = A.squaredNorm();
+  if (!(determinant > 0.08F) || !(squares < 12.0F)) return false;
+  const float root = std::sqrt(std::max(0.0F, squares * squares - 4 * determinant * determinant));
+  const float largest = std::sqrt(0.5F * (squares + root));
+  return largest < 3.2F && determinant / largest > 0.25F;
+}
+
+}  // namespace
+
+/// Columns: moves along u and v, then the four entries of A over coordinates scaled to ±1.
+struct Patch::System {
+  Eigen::VectorXf weighted_values;  ///< w · (T − mean)
+  Eigen::VectorXf weights;
+  Eigen::Matrix<float, Eigen::Dynamic, 6>
+      descent;  ///< w · steepest descent, free of gain and offset
+  Eigen::Matrix<float, 6, 6> inverse_hessian;
+  float weight_sum = 0, energy = 0;  ///< Σ w, Σ w (T − mean)²
+};
+
+bool Patch::Sample(const cv::Mat& grey, const AffineWarp& warp, Eigen::VectorXf* values) const {
+  const int side = 2 * half_ + 1;
+  const float h = static_cast<float>(half_);
+  // All four corners inside means all inside: the warp is affine.
+  for (const float x : {-h, h})
+    for (const float y : {-h, h}) {
+      const Eigen::Vector2f p = warp.A * Eigen::Vector2f(x, y) + warp.t;
+      if (!(p.x() >= 0 && p.y() >= 0 && p.x() < grey.cols - 1.01F && p.y() < grey.rows - 1.01F))
+        return false;
+    }
+  values->resize(side * side);
+  const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(grey.step / sizeof(float));
+  const float* base = grey.ptr<float>();
+  const float dx = warp.A(0, 0), dy = warp.A(1, 0);
+  float* out = values->data();
+  for (int j = 0; j < side; ++j) {
+    const Eigen::Vector2f start = warp.A * Eigen::Vector2f(-h, static_cast<float>(j) - h) + warp.t;
+    for (int i = 0; i < side; ++i) {
+      const float u = start.x() + dx * static_cast<float>(i);
+      const float v = start.y() + dy * static_cast<float>(i);
+      const int iu = static_cast<int>(u), iv = static_cast<int>(v);
+      const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
+      const float* p = base + iv * stride + iu;
+      const float top = p[0] + fu * (p[1] - p[0]);
+      const float bottom = p[stride] + fu * (p[stride + 1] - p[stride]);
+      *out++ = top + fv * (bottom - top);
+    }
+  }
+  return true;
+}
+
+float Patch::UsableWeights(const cv::Mat& excluded, const AffineWarp& warp,
+                           Eigen::VectorXf* weights) const {
+  *weights = weights_;
+  if (excluded.empty()) return 1.0F;
+  const int side = 2 * half_ + 1;
+  float* out = weights->data();
+  float lost = 0;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i, ++out) {
+      const Eigen::Vector2f p =
+          warp.A * Eigen::Vector2f(static_cast<float>(i - half_), static_cast<float>(j - half_)) +
+          warp.t;
+      const int u = static_cast<int>(p.x() + 0.5F), v = static_cast<int>(p.y() + 0.5F);
+      if (u < 0 || v < 0 || u >= excluded.cols || v >= excluded.rows ||
+          excluded.at<std::uint8_t>(v, u) != 0) {
+        lost += *out;
+        *out = 0;
+      }
+    }
+  return 1.0F - lost / weights_.sum();
+}
+
+std::shared_ptr<const Patch::System> Patch::MakeSystem(const Eigen::VectorXf& weights) const {
+  auto system = std::make_shared<System>();
+  system->weights = weights;
+  system->weight_sum = weights.sum();
+  const float mean = weights.dot(values_) / system->weight_sum;
+  const Eigen::VectorXf centered = values_.array() - mean;
+  system->weighted_values = weights.cwiseProduct(centered);
+  system->energy = system->weighted_values.dot(centered);
+  if (!(system->energy > 1e-3F)) return nullptr;
+
+  const int side = 2 * half_ + 1;
+  Eigen::Matrix<float, Eigen::Dynamic, 6> descent(values_.size(), 6);
+  for (int j = 0, k = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i, ++k) {
+      const float x = static_cast<float>(i - half_) / static_cast<float>(half_);
+      const float y = static_cast<float>(j - half_) / static_cast<float>(half_);
+      const float gx = gradient_x_[k], gy = gradient_y_[k];
+      descent.row(k) << gx, gy, gx * x, gx * y, gy * x, gy * y;
+    }
+  // What a gain or an offset of the brightness explains is no evidence of motion.
+  for (int c = 0; c < 6; ++c) {
+    descent.col(c).array() -= weights.dot(descent.col(c)) / system->weight_sum;
+    descent.col(c) -= (system->weighted_values.dot(descent.col(c)) / system->energy) * centered;
+  }
+  system->descent = weights.asDiagonal() * descent;
+  Eigen::Matrix<float, 6, 6> hessian = system->descent.transpose() * descent;
+  // Damps the shape where the texture does not show it; the position is left free.
+  const float damping = 0.02F * (hessian(0, 0) + hessian(1, 1));
+  for (int c = 2; c < 6; ++c) hessian(c, c) += damping;
+  if (!(hessian.topLeftCorner<2, 2>().determinant() > 1e-6F)) return nullptr;
+  system->inverse_hessian = hessian.cast<double>().inverse().cast<float>();
+  if (!system->inverse_hessian.allFinite()) return nullptr;
+  return system;
+}
+
+bool Patch::Take(const cv::Mat& grey, const cv::Mat& excluded, const Eigen::Vector2f& center,
+                 int half_px) {
+  system_ = nullptr;
+  half_ = half_px;
+  AffineWarp warp;
+  warp.t = center;
+  if (!Sample(grey, warp, &values_)) return false;
+  // Central differences of the sampled image: the gradient of what is compared later.
+  Eigen::VectorXf shifted;
+  const auto derivative = [&](const Eigen::Vector2f& step, Eigen::VectorXf* out) {
+    AffineWarp moved = warp;
+    moved.t = center + step;
+    if (!Sample(grey, moved, out)) return false;
+    moved.t = center - step;
+    if (!Sample(grey, moved, &shifted)) return false;
+    *out = 0.5F * (*out - shifted);
+    return true;
+  };
+  if (!derivative({1, 0}, &gradient_x_) || !derivative({0, 1}, &gradient_y_)) return false;
+
+  const int side = 2 * half_ + 1;
+  weights_.resize(side * side);
+  const float spread = 0.6F * static_cast<float>(half_);
+  for (int j = 0, k = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i, ++k) {
+      const float x = static_cast<float>(i - half_), y = static_cast<float>(j - half_);
+      weights_[k] = std::exp(-0.5F * (x * x + y * y) / (spread * spread));
+    }
+  Eigen::VectorXf usable;
+  if (UsableWeights(excluded, warp, &usable) < kLeastUsed) return false;
+  weights_ = usable;
+  const float xx = weights_.dot(gradient_x_.cwiseAbs2()),
+              yy = weights_.dot(gradient_y_.cwiseAbs2());
+  const float xy = weights_.dot(gradient_x_.cwiseProduct(gradient_y_));
+  const float sum = weights_.sum();
+  texture_ = (0.5F * (xx + yy) - std::sqrt(0.25F * (xx - yy) * (xx - yy) + xy * xy)) / sum;
+  if (!(texture_ > kLeastTexture)) return false;
+  system_ = MakeSystem(weights_);
+  return system_ != nullptr;
+}
+
+Alignment Patch::Compare(const cv::Mat& grey, const cv::Mat& excluded,
+                         const AffineWarp& warp) const {
+  AffineWarp same = warp;
+  return Align(grey, excluded, 0, &same);
+}
+
+Alignment Patch::Align(const cv::Mat& grey, const cv::Mat& excluded, int iterations,
+                       AffineWarp* warp) const {
+  Alignment result;
+  if (Empty() || !IsPlausible(warp->A)) return result;
+  Eigen::VectorXf weights, values;
+  result.used = UsableWeights(excluded, *warp, &weights);
+  if (result.used < kLeastUsed) return result;
+  std::shared_ptr<const System> own;
+  if (result.used < 0.995F) {
+    own = MakeSystem(weights);
+    if (!own) return result;
+  }
+  const System& system = own ? *own : *system_;
+  const float scale = 1.0F / static_cast<float>(half_);
+  for (int iteration = 0;; ++iteration) {
+    if (!Sample(grey, *warp, &values)) return result;
+    const float common = system.weighted_values.dot(values);
+    const float mean = system.weights.dot(values) / system.weight_sum;
+    const float energy = system.weights.dot((values.array() - mean).square().matrix());
+    result.correlation = energy > 1e-6F ? common / std::sqrt(system.energy * energy) : 0.0F;
+    if (iteration == iterations) break;
+    const float gain = common / system.energy;
+    if (!(gain > 0.05F)) return result;
+    const Eigen::Matrix<float, 6, 1> step =
+        system.inverse_hessian * (system.descent.transpose() * values) / gain;
+    if (!step.allFinite()) return result;
+    // Inverse composition: what moves the reference onto the image moves the warp the other way.
+    Eigen::Matrix2f increment;
+    increment << 1 + step[2] * scale, step[3] * scale, step[4] * scale, 1 + step[5] * scale;
+    if (!(increment.determinant() > 0.1F)) return result;
+    warp->A = warp->A * increment.inverse();
+    warp->t -= warp->A * step.head<2>();
+    if (!IsPlausible(warp->A)) return result;
+    if (step.head<2>().squaredNorm() < 1e-4F && iteration + 1 < iterations)
+      iterations = iteration + 1;
+  }
+  result.valid = true;
+  return result;
+}
+
+}  // namespace kerf
