@@ -19,14 +19,15 @@ struct MeshingReport {
   double edge_mm = 0.0;           ///< cell size that met the wanted count
 };
 
-/// Tetra mesh of a label map that is already smooth (Adapters/Vtk smooths: PLATFORM notes in docs/decisions): labels
-/// Organ, Tumour and Internal are filled as one organ without cavities; Tumour is a sub-domain (region = Label::Tumour),
-/// the rest is Label::Organ. Deterministic.
+/// Tetra mesh of a label map that is already smooth (Adapters/Vtk smooths: PLATFORM notes in
+/// docs/decisions): labels Organ, Tumour and Internal are filled as one organ without cavities;
+/// Tumour is a sub-domain (region = Label::Tumour), the rest is Label::Organ. Deterministic.
 /// @throws InputError on empty labels; Cancelled
 TetMesh MeshLabelMap(const LabelMap& labels, const MeshingOptions& options, Progress& progress,
                      MeshingReport* report = nullptr);
 
-/// Tetra mesh of a closed surface (LPS mm). An inverted surface, holes and self-intersections are refused.
+/// Tetra mesh of a closed surface (LPS mm). An inverted surface, holes and self-intersections are
+/// refused.
 /// @throws InputError naming `file`
 TetMesh MeshClosedSurface(const SurfaceMesh& surface, const std::string& file,
                           const MeshingOptions& options, Progress& progress,
