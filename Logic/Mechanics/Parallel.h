@@ -1,0 +1,55 @@
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "Core/Types.h"
+
+namespace kerf {
+
+/// Threads of one solver. Work is cut into chunks whose bounds depend on the problem alone, and
+/// sums are taken over chunks in order, so results are the same bits for every thread count.
+class Workers {
+ public:
+  /// @param threads 0 = all
+  void Use(int threads) {
+    if (threads == threads_ && (arena_ || threads == 1)) return;
+    threads_ = threads;
+    arena_ = threads == 1 ? nullptr
+                          : std::make_unique<tbb::task_arena>(
+                                threads > 0 ? threads : int(tbb::task_arena::automatic));
+  }
+
+  /// function(begin, end) for each chunk of [0, count).
+  template <class Function>
+  void ForChunks(Index count, Index chunk, const Function& function) const {
+    const Index chunks = (count + chunk - 1) / chunk;
+    auto run = [&](Index c) { function(c * chunk, std::min(count, (c + 1) * chunk)); };
+    if (!arena_ || chunks <= 1) {
+      for (Index c = 0; c < chunks; ++c) run(c);
+      return;
+    }
+    arena_->execute([&] { tbb::parallel_for(Index{0}, chunks, run); });
+  }
+
+  /// Ordered sum of function(begin, end) over chunks of [0, count).
+  template <class Function>
+  double SumChunks(Index count, Index chunk, const Function& function) const {
+    std::vector<double> part((count + chunk - 1) / chunk, 0.0);
+    ForChunks(count, chunk,
+              [&](Index begin, Index end) { part[begin / chunk] = function(begin, end); });
+    double sum = 0.0;
+    for (double p : part) sum += p;
+    return sum;
+  }
+
+ private:
+  int threads_ = 1;
+  std::unique_ptr<tbb::task_arena> arena_;
+};
+
+}  // namespace kerf
