@@ -1,0 +1,210 @@
+#include "Cutting/CutPatch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace kerf {
+namespace {
+
+constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+}  // namespace
+
+double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Vec3 ab = b - a, ac = c - a, ad = d - a;
+  const Vec3 nd = ac.cross(ab), nb = ad.cross(ac), nc = ab.cross(ad);  // outward
+  const Vec3 na = -(nb + nc + nd);
+  if (!(ab.dot(ac.cross(ad)) > 0)) return 2;
+  const double la = na.norm(), lb = nb.norm(), lc = nc.norm(), ld = nd.norm();
+  double worst = -na.dot(nb) / (la * lb);
+  worst = std::max(worst, -na.dot(nc) / (la * lc));
+  worst = std::max(worst, -na.dot(nd) / (la * ld));
+  worst = std::max(worst, -nb.dot(nc) / (lb * lc));
+  worst = std::max(worst, -nb.dot(nd) / (lb * ld));
+  worst = std::max(worst, -nc.dot(nd) / (lc * ld));
+  return worst == worst ? worst : 2;
+}
+
+CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
+                   const std::vector<char>& inner) {
+  deformed = positions != nullptr;
+  std::unordered_map<Index, int> local;  // looked up only, never walked
+  local.reserve(chosen.size());
+  tets.reserve(2 * chosen.size());
+  old_tet = chosen;
+  for (Index t : chosen) {
+    Tet tet;
+    tet.source = static_cast<int>(tets.size());
+    tet.region = mesh.region[t];
+    for (int k = 0; k < 4; ++k) {
+      const Index v = mesh.tets(t, k);
+      const auto [it, fresh] = local.insert({v, static_cast<int>(vertices.size())});
+      if (fresh) {
+        Vertex vertex;
+        vertex.rest = mesh.rest.row(v).transpose();
+        vertex.current = positions ? Vec3(positions->row(v).transpose()) : vertex.rest;
+        vertex.old_vertex = v;
+        vertex.frozen = !inner[v];
+        vertices.push_back(vertex);
+      }
+      tet.v[k] = it->second;
+    }
+    tets.push_back(tet);
+  }
+  star.resize(vertices.size());
+  std::vector<int> count(vertices.size(), 0);
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (int k = 0; k < 4; ++k) {
+      star[tets[t].v[k]].push_back(static_cast<int>(t));
+      for (int j = 0; j < 4; ++j)
+        if (j != k)
+          vertices[tets[t].v[k]].size_mm +=
+              (vertices[tets[t].v[k]].rest - vertices[tets[t].v[j]].rest).norm();
+      count[tets[t].v[k]] += 3;
+    }
+  for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].size_mm /= count[v];
+}
+
+void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
+  struct Face {
+    int low, high;
+    FanFace oriented;
+  };
+  std::vector<Face> faces;
+  faces.reserve(3 * star[v].size());
+  for (int t : star[v])
+    for (const auto& f : kFaces)
+      for (int k = 0; k < 3; ++k)
+        if (tets[t].v[f[k]] == v) {
+          const int a = tets[t].v[f[(k + 1) % 3]], b = tets[t].v[f[(k + 2) % 3]];
+          faces.push_back({std::min(a, b), std::max(a, b), {a, b}});
+        }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
+    return a.low != b.low ? a.low < b.low : a.high < b.high;
+  });
+  fan->clear();
+  for (std::size_t i = 0; i < faces.size();) {
+    std::size_t j = i + 1;
+    while (j < faces.size() && faces[j].low == faces[i].low && faces[j].high == faces[i].high) ++j;
+    if (j == i + 1) fan->push_back(faces[i].oriented);
+    i = j;
+  }
+}
+
+std::vector<int> CutPatch::Around(int a, int b) const {
+  std::vector<int> around;
+  for (int t : star[a])
+    if (Has(t, b)) around.push_back(t);
+  return around;
+}
+
+std::vector<int> CutPatch::Neighbors(int v) const {
+  std::vector<int> neighbors;
+  neighbors.reserve(3 * star[v].size());
+  for (int t : star[v])
+    for (int w : tets[t].v)
+      if (w != v) neighbors.push_back(w);
+  std::sort(neighbors.begin(), neighbors.end());
+  neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
+  return neighbors;
+}
+
+double CutPatch::WorstCosine(int t) const {
+  const auto& v = tets[t].v;
+  return CosineOfSmallestDihedral(vertices[v[0]].rest, vertices[v[1]].rest, vertices[v[2]].rest,
+                                  vertices[v[3]].rest);
+}
+
+double CutPatch::WorstCosineCurrent(int t) const {
+  const auto& v = tets[t].v;
+  return CosineOfSmallestDihedral(vertices[v[0]].current, vertices[v[1]].current,
+                                  vertices[v[2]].current, vertices[v[3]].current);
+}
+
+double CutPatch::WorstCosineAround(int v) const {
+  double worst = -1;
+  for (int t : star[v]) worst = std::max(worst, WorstCosine(t));
+  return worst;
+}
+
+double CutPatch::WorstCurrentAround(int v) const {
+  double worst = -1;
+  for (int t : star[v]) worst = std::max(worst, WorstCosineCurrent(t));
+  return worst;
+}
+
+int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
+  const int m = static_cast<int>(vertices.size());
+  const Vec3 ab = vertices[b].rest - vertices[a].rest;
+  const double t = std::clamp((at - vertices[a].rest).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+  Vertex vertex;
+  vertex.rest = (1 - t) * vertices[a].rest + t * vertices[b].rest;
+  vertex.current = (1 - t) * vertices[a].current + t * vertices[b].current;
+  vertex.size_mm = 0.5 * (vertices[a].size_mm + vertices[b].size_mm);
+  vertices.push_back(vertex);
+  star.emplace_back();
+  for (int old : Around(a, b)) {
+    Tet half = tets[old];
+    for (int& x : half.v)
+      if (x == a) x = m;
+    for (int& x : tets[old].v)
+      if (x == b) x = m;
+    const int fresh = static_cast<int>(tets.size());
+    half.changed = tets[old].changed = true;
+    tets.push_back(half);
+    star[b].erase(std::find(star[b].begin(), star[b].end(), old));
+    for (int x : half.v)
+      if (x != m) star[x].push_back(fresh);
+    star[m].push_back(old);
+    star[m].push_back(fresh);
+  }
+  return m;
+}
+
+void CutPatch::Move(int v, const Vec3& to, const CutPatch& before) {
+  if (deformed) {
+    std::vector<int> sources;
+    for (int t : star[v]) sources.push_back(tets[t].source);
+    Vec4 weights;
+    const int holder = before.Locate(to, sources, &weights);
+    vertices[v].current = before.CurrentOf(holder, weights);
+  }
+  vertices[v].rest = to;
+  vertices[v].moved = true;
+  for (int t : star[v]) tets[t].changed = true;
+}
+
+int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* weights) const {
+  int best = -1;
+  double inside = -1e300;
+  auto visit = [&](int t) {
+    const auto& v = tets[t].v;
+    const Vec4 w = BarycentricWeights(p, vertices[v[0]].rest, vertices[v[1]].rest,
+                                      vertices[v[2]].rest, vertices[v[3]].rest);
+    if (w.minCoeff() > inside) {
+      inside = w.minCoeff();
+      best = t;
+      *weights = w;
+    }
+  };
+  for (int t : near_sources) {
+    visit(t);
+    if (inside >= -1e-12) return best;
+  }
+  std::vector<int> more;
+  for (int t : near_sources)
+    for (int v : tets[t].v) more.insert(more.end(), star[v].begin(), star[v].end());
+  std::sort(more.begin(), more.end());
+  more.erase(std::unique(more.begin(), more.end()), more.end());
+  for (int t : more) visit(t);
+  return best;
+}
+
+Vec3 CutPatch::CurrentOf(int t, const Vec4& weights) const {
+  Vec3 p = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) p += weights[k] * vertices[tets[t].v[k]].current;
+  return p;
+}
+
+}  // namespace kerf

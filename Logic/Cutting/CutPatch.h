@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "Core/TopologyChange.h"
+
+namespace kerf {
+
+/// The part of a tetra mesh that a cut may change, in numbers of its own: small enough to copy, try
+/// and throw away. Frozen vertices have tetrahedra outside the patch and stay as they are.
+class CutPatch {
+ public:
+  struct Vertex {
+    Vec3 rest, current;
+    Index old_vertex = -1;  ///< in the whole mesh; −1: made by the cut
+    bool frozen = false;
+    bool moved = false;
+    bool on = false;     ///< counts as lying on S
+    double size_mm = 0;  ///< mean length of its edges when the patch was made
+  };
+  struct Tet {
+    std::array<int, 4> v;
+    int source = -1;  ///< patch tetrahedron (before the cut) that it was cut out of
+    std::uint8_t region = 1;
+    bool alive = true;
+    bool changed = false;
+  };
+  /// A boundary triangle at a vertex: the two other corners, seen counter-clockwise from outside.
+  using FanFace = std::array<int, 2>;
+
+  std::vector<Vertex> vertices;
+  std::vector<Tet> tets;
+  std::vector<std::vector<int>> star;  ///< vertex → alive tetrahedra, ascending order of creation
+  std::vector<Index> old_tet;          ///< of the first tetrahedra: index in the whole mesh
+  bool deformed = false;               ///< `current` differs from `rest` and has to stay positive
+
+  /// The tetrahedra `chosen` of the whole mesh. @param inner N: vertex has no tetrahedra outside
+  /// the patch
+  CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
+           const std::vector<char>& inner);
+
+  /// Boundary triangles of the organ around an inner vertex.
+  void BoundaryFan(int v, std::vector<FanFace>* fan) const;
+  bool Has(int tet, int v) const {
+    const auto& x = tets[tet].v;
+    return x[0] == v || x[1] == v || x[2] == v || x[3] == v;
+  }
+  std::vector<int> Around(int a, int b) const;  ///< tetrahedra with the edge a–b
+  std::vector<int> Neighbors(int v) const;      ///< vertices joined to v, ascending
+
+  /// Cosine of the smallest dihedral angle: larger is worse; 2 when the volume is not positive.
+  double WorstCosine(int tet) const;
+  double WorstCosineCurrent(int tet) const;
+  double WorstCosineAround(int v) const;
+  double WorstCurrentAround(int v) const;
+
+  /// Bisects all tetrahedra around a–b at `at`; returns the new vertex.
+  int SplitEdge(int a, int b, const Vec3& at);
+
+  /// Moves a vertex at rest, its current position with the material.
+  void Move(int v, const Vec3& to, const CutPatch& before);
+
+  /// The tetrahedron of the patch before the cut that holds p, looked for around the sources of
+  /// `near`; never across an earlier cut. Weights may be slightly negative at a moved boundary.
+  int Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* weights) const;
+  Vec3 CurrentOf(int tet, const Vec4& weights) const;
+};
+
+double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+}  // namespace kerf

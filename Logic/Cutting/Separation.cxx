@@ -1,0 +1,262 @@
+#include "Cutting/Separation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace kerf {
+namespace {
+
+constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+constexpr double kBeyondBorder = 0.15;  // of the face's longest edge
+constexpr double kBesideS = 0.35;
+constexpr double kParallel = 0.3;  // cosine
+
+struct OpenFace {
+  std::array<int, 3> v;  // sorted
+  std::array<int, 2> tet;
+  double area_mm2;
+  bool open = true;
+};
+
+struct Touch {
+  std::array<int, 3> v;
+  int tet;
+  bool operator<(const Touch& o) const { return v != o.v ? v < o.v : tet < o.tet; }
+};
+
+int Opposite(const CutPatch& patch, int t, const std::array<int, 3>& face) {
+  for (int w : patch.tets[t].v)
+    if (w != face[0] && w != face[1] && w != face[2]) return w;
+  return -1;
+}
+
+/// The side of S that a tetrahedron lies on: by its corners away from the face, by its middle where
+/// they are on S too.
+double SideOf(const CutPatch& patch, int t, const std::array<int, 3>& face, const SurfaceNear& near,
+              const SurfaceIndex& surface) {
+  const int o = Opposite(patch, t, face);
+  if (!patch.vertices[o].on) return (patch.vertices[o].rest - near.point).dot(near.normal);
+  Vec3 middle = Vec3::Zero();
+  for (int w : patch.tets[t].v) middle += patch.vertices[w].rest / 4;
+  const SurfaceNear at = surface.Closest(middle, 1e300);
+  return (middle - at.point).dot(near.normal);
+}
+
+std::vector<OpenFace> FacesOnS(const SurfaceIndex& surface, const CutPatch& patch) {
+  std::vector<Touch> touches;
+  for (std::size_t t = 0; t < patch.tets.size(); ++t)
+    for (const auto& f : kFaces) {
+      Touch touch{{patch.tets[t].v[f[0]], patch.tets[t].v[f[1]], patch.tets[t].v[f[2]]},
+                  static_cast<int>(t)};
+      bool take = true;
+      for (int w : touch.v) take = take && patch.vertices[w].on && !patch.vertices[w].frozen;
+      if (!take) continue;
+      std::sort(touch.v.begin(), touch.v.end());
+      touches.push_back(touch);
+    }
+  std::sort(touches.begin(), touches.end());
+  std::vector<OpenFace> faces;
+  for (std::size_t i = 0; i + 1 < touches.size(); ++i) {
+    if (touches[i].v != touches[i + 1].v) continue;
+    const auto& v = touches[i].v;
+    const Vec3 a = patch.vertices[v[0]].rest, b = patch.vertices[v[1]].rest,
+               c = patch.vertices[v[2]].rest;
+    const double longest = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
+    const Vec3 center = (a + b + c) / 3, normal = (b - a).cross(c - a);
+    const SurfaceNear near = surface.Closest(center, longest);
+    if (near.triangle < 0) continue;
+    if (near.distance_mm > (near.on_border ? kBeyondBorder : kBesideS) * longest) continue;
+    if (std::abs(normal.normalized().dot(near.normal)) < kParallel) continue;
+    const double side0 = SideOf(patch, touches[i].tet, v, near, surface);
+    const double side1 = SideOf(patch, touches[i + 1].tet, v, near, surface);
+    if (side0 * side1 >= 0) continue;
+    faces.push_back({v, {touches[i].tet, touches[i + 1].tet}, 0.5 * normal.norm()});
+  }
+  return faces;
+}
+
+/// Is the fan of boundary triangles one closed ring?
+bool OneRing(const std::vector<CutPatch::FanFace>& fan) {
+  if (fan.empty()) return true;
+  std::vector<CutPatch::FanFace> next = fan;
+  std::sort(next.begin(), next.end());
+  for (std::size_t i = 0; i + 1 < next.size(); ++i)
+    if (next[i][0] == next[i + 1][0]) return false;
+  int at = next[0][0];
+  std::size_t steps = 0;
+  do {
+    const auto it = std::lower_bound(next.begin(), next.end(), CutPatch::FanFace{at, -1});
+    if (it == next.end() || (*it)[0] != at) return false;
+    at = (*it)[1];
+    ++steps;
+  } while (at != next[0][0] && steps <= next.size());
+  return steps == next.size();
+}
+
+class Opening {
+ public:
+  Opening(const CutPatch& closed, const std::vector<OpenFace>& faces) : patch(closed) {
+    origin.resize(patch.vertices.size());
+    std::iota(origin.begin(), origin.end(), 0);
+    std::vector<std::vector<const OpenFace*>> faces_of(patch.vertices.size());
+    for (const OpenFace& face : faces)
+      if (face.open)
+        for (int v : face.v) faces_of[v].push_back(&face);
+    for (std::size_t v = 0; v < faces_of.size(); ++v)
+      if (!faces_of[v].empty()) {
+        touched.push_back(static_cast<int>(v));
+        Duplicate(closed, static_cast<int>(v), faces_of[v]);
+      }
+  }
+
+  CutPatch patch;
+  std::vector<int> origin;   ///< vertex → vertex of the closed patch
+  std::vector<int> touched;  ///< vertices at open faces, and their duplicates
+  Index duplicated = 0;
+
+ private:
+  void Duplicate(const CutPatch& closed, int v, const std::vector<const OpenFace*>& open) {
+    const auto& star = closed.star[v];
+    struct Side {
+      int low, high, slot;
+    };
+    std::vector<Side> sides;
+    for (std::size_t i = 0; i < star.size(); ++i)
+      for (const auto& f : kFaces)
+        for (int k = 0; k < 3; ++k)
+          if (closed.tets[star[i]].v[f[k]] == v) {
+            const int a = closed.tets[star[i]].v[f[(k + 1) % 3]],
+                      b = closed.tets[star[i]].v[f[(k + 2) % 3]];
+            sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(i)});
+          }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+      return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.slot < b.slot;
+    });
+    std::vector<int> root(star.size());
+    std::iota(root.begin(), root.end(), 0);
+    auto find = [&](int i) {
+      while (root[i] != i) i = root[i] = root[root[i]];
+      return i;
+    };
+    for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+      if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
+      std::array<int, 3> key{v, sides[i].low, sides[i].high};
+      std::sort(key.begin(), key.end());
+      if (std::any_of(open.begin(), open.end(), [&](const OpenFace* f) { return f->v == key; }))
+        continue;
+      const int a = find(sides[i].slot), b = find(sides[i + 1].slot);
+      root[std::max(a, b)] = std::min(a, b);
+    }
+    std::vector<int> vertex_of(star.size(), -1);
+    vertex_of[find(0)] = v;
+    for (std::size_t i = 0; i < star.size(); ++i) {
+      const int r = find(static_cast<int>(i));
+      if (vertex_of[r] < 0) {
+        vertex_of[r] = static_cast<int>(patch.vertices.size());
+        patch.vertices.push_back(closed.vertices[v]);
+        patch.vertices.back().old_vertex = -1;
+        patch.star.emplace_back();
+        origin.push_back(v);
+        touched.push_back(vertex_of[r]);
+        ++duplicated;
+      }
+      if (vertex_of[r] == v) continue;
+      for (int& w : patch.tets[star[i]].v)
+        if (w == v) w = vertex_of[r];
+      patch.tets[star[i]].changed = true;
+      patch.star[vertex_of[r]].push_back(star[i]);
+    }
+    if (duplicated > 0)
+      patch.star[v].erase(std::remove_if(patch.star[v].begin(), patch.star[v].end(),
+                                         [&](int t) { return !patch.Has(t, v); }),
+                          patch.star[v].end());
+  }
+};
+
+/// Pieces that the opening cuts off and that are no more than a few tetrahedra: marks their
+/// tetrahedra.
+std::vector<char> Chips(const Opening& opening) {
+  const CutPatch& patch = opening.patch;
+  std::vector<int> root(patch.vertices.size());
+  std::iota(root.begin(), root.end(), 0);
+  auto find = [&](int i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  double volume = 0;
+  std::vector<double> volume_of(patch.vertices.size(), 0);
+  auto tet_volume = [&](const CutPatch::Tet& tet) {
+    const Vec3 a = patch.vertices[tet.v[0]].rest;
+    return (patch.vertices[tet.v[1]].rest - a)
+               .dot((patch.vertices[tet.v[2]].rest - a).cross(patch.vertices[tet.v[3]].rest - a)) /
+           6;
+  };
+  for (const auto& tet : patch.tets)
+    for (int k = 1; k < 4; ++k) {
+      const int a = find(tet.v[0]), b = find(tet.v[k]);
+      root[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<char> anchored(patch.vertices.size(), 0);
+  for (std::size_t v = 0; v < patch.vertices.size(); ++v)
+    if (patch.vertices[v].frozen) anchored[find(static_cast<int>(v))] = 1;
+  for (const auto& tet : patch.tets) {
+    volume += tet_volume(tet);
+    volume_of[find(tet.v[0])] += tet_volume(tet);
+  }
+  const double small = 3 * volume / double(patch.tets.size());
+  std::vector<char> chip(patch.tets.size(), 0);
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    const int r = find(patch.tets[t].v[0]);
+    chip[t] = !anchored[r] && volume_of[r] < small;
+  }
+  return chip;
+}
+
+}  // namespace
+
+bool HasFacesToOpen(const SurfaceIndex& surface, const CutPatch& patch) {
+  return !FacesOnS(surface, patch).empty();
+}
+
+SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
+  SeparationReport report;
+  std::vector<OpenFace> faces = FacesOnS(surface, *patch);
+  while (true) {
+    Opening opening(*patch, faces);
+    if (opening.duplicated == 0) return report;
+    std::vector<char> bad(patch->vertices.size(), 0);
+    bool any = false;
+    std::vector<CutPatch::FanFace> fan;
+    for (int v : opening.touched) {
+      opening.patch.BoundaryFan(v, &fan);
+      if (OneRing(fan)) continue;
+      bad[opening.origin[v]] = 1;
+      any = true;
+    }
+    const std::vector<char> chip = Chips(opening);
+    for (OpenFace& face : faces) {
+      if (!face.open) continue;
+      if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) face.open = false;
+      if (chip[face.tet[0]] != chip[face.tet[1]]) {
+        face.open = false;
+        any = true;
+      }
+    }
+    if (any) continue;
+    for (const OpenFace& face : faces) {
+      if (!face.open) continue;
+      const auto& a = opening.patch.tets[face.tet[0]].v;
+      int shared = 0;
+      for (int w : a) shared += opening.patch.Has(face.tet[1], w);
+      if (shared == 3) continue;  // inside the front: both sides still have the same corners
+      ++report.faces;
+      report.area_mm2 += face.area_mm2;
+    }
+    report.duplicated_vertices = opening.duplicated;
+    *patch = std::move(opening.patch);
+    return report;
+  }
+}
+
+}  // namespace kerf

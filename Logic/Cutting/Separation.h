@@ -1,0 +1,24 @@
+#pragma once
+
+#include "Cutting/CutPatch.h"
+#include "Cutting/SurfaceIndex.h"
+
+namespace kerf {
+
+struct SeparationReport {
+  Index faces = 0;  ///< new separation faces
+  Index duplicated_vertices = 0;
+  double area_mm2 = 0;  ///< one side
+};
+
+/// Opens the patch along its faces on S: vertices are duplicated by the components of their
+/// tetrahedra that hang together through other faces, so that a crack front stays joined. Faces
+/// whose opening would touch itself in a single vertex or edge, or split off a chip of a few
+/// tetrahedra, stay closed.
+SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch);
+
+/// Faces of the patch with all corners on S and tissue on both sides, not yet open: is there
+/// anything to open?
+bool HasFacesToOpen(const SurfaceIndex& surface, const CutPatch& patch);
+
+}  // namespace kerf

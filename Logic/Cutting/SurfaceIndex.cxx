@@ -1,0 +1,221 @@
+#include "Cutting/SurfaceIndex.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kerf {
+namespace {
+
+constexpr int kLeafSize = 4;
+
+double BoxDistance2(const Vec3& low, const Vec3& high, const Vec3& p) {
+  return (low - p).cwiseMax(p - high).cwiseMax(0.0).squaredNorm();
+}
+
+bool BoxesMeet(const Vec3& low, const Vec3& high, const Vec3& other_low, const Vec3& other_high) {
+  return (low.array() <= other_high.array()).all() && (other_low.array() <= high.array()).all();
+}
+
+/// Closest point of a triangle (Ericson's regions). `feature`: 0–2 edge k, 3–5 corner k, 6 inside.
+Vec3 ClosestOnTriangle(const std::array<Vec3, 3>& x, const Vec3& p, int* feature) {
+  const Vec3 ab = x[1] - x[0], ac = x[2] - x[0], ap = p - x[0];
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return *feature = 3, x[0];
+  const Vec3 bp = p - x[1];
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return *feature = 4, x[1];
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return *feature = 0, x[0] + d1 / (d1 - d3) * ab;
+  const Vec3 cp = p - x[2];
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return *feature = 5, x[2];
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return *feature = 2, x[0] + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return *feature = 1, x[1] + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (x[2] - x[1]);
+  *feature = 6;
+  return x[0] + (vb * ab + vc * ac) / (va + vb + vc);
+}
+
+}  // namespace
+
+SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
+  // Equal points get one number.
+  const Index n = static_cast<Index>(surface.points.rows());
+  std::vector<Index> by_place(n), number(n);
+  std::iota(by_place.begin(), by_place.end(), 0);
+  auto less = [&](Index a, Index b) {
+    for (int k = 0; k < 3; ++k)
+      if (surface.points(a, k) != surface.points(b, k))
+        return surface.points(a, k) < surface.points(b, k);
+    return false;
+  };
+  std::sort(by_place.begin(), by_place.end(),
+            [&](Index a, Index b) { return less(a, b) || (!less(b, a) && a < b); });
+  for (Index i = 0; i < n; ++i)
+    number[by_place[i]] =
+        i > 0 && !less(by_place[i - 1], by_place[i]) ? number[by_place[i - 1]] : by_place[i];
+
+  struct Edge {
+    Index a, b;
+    int triangle, corner;
+    bool operator<(const Edge& o) const {
+      return a != o.a ? a < o.a : b != o.b ? b < o.b : triangle < o.triangle;
+    }
+  };
+  std::vector<Edge> edges;
+  for (Index f = 0; f < surface.triangles.rows(); ++f) {
+    Triangle triangle;
+    std::array<Index, 3> id;
+    for (int k = 0; k < 3; ++k) {
+      id[k] = number[surface.triangles(f, k)];
+      triangle.x[k] = surface.points.row(surface.triangles(f, k)).transpose();
+    }
+    const Vec3 normal = (triangle.x[1] - triangle.x[0]).cross(triangle.x[2] - triangle.x[0]);
+    const double twice_area = normal.norm();
+    if (!(twice_area > 1e-12)) continue;  // a triangle without area separates nothing
+    triangle.normal = normal / twice_area;
+    triangle.border = {false, false, false};
+    for (int k = 0; k < 3; ++k) {
+      const Index a = id[k], b = id[(k + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b), static_cast<int>(triangles_.size()), k});
+    }
+    triangles_.push_back(triangle);
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t j = i + 1;
+    while (j < edges.size() && edges[j].a == edges[i].a && edges[j].b == edges[i].b) ++j;
+    if (j == i + 1) triangles_[edges[i].triangle].border[edges[i].corner] = true;
+    i = j;
+  }
+  order_.resize(triangles_.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  if (!triangles_.empty()) Build(0, static_cast<int>(triangles_.size()));
+}
+
+int SurfaceIndex::Build(int first, int count) {
+  const int index = static_cast<int>(nodes_.size());
+  nodes_.emplace_back();
+  Vec3 low = Vec3::Constant(1e300), high = -low, center_low = low, center_high = -low;
+  for (int i = first; i < first + count; ++i) {
+    const auto& x = triangles_[order_[i]].x;
+    for (const Vec3& p : x) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+    const Vec3 center = x[0] + x[1] + x[2];
+    center_low = center_low.cwiseMin(center);
+    center_high = center_high.cwiseMax(center);
+  }
+  int left = -1, right = -1;
+  if (count > kLeafSize) {
+    int axis;
+    (center_high - center_low).maxCoeff(&axis);
+    auto key = [&](int t) {
+      const auto& x = triangles_[t].x;
+      return x[0][axis] + x[1][axis] + x[2][axis];
+    };
+    const int half = count / 2;
+    std::nth_element(order_.begin() + first, order_.begin() + first + half,
+                     order_.begin() + first + count, [&](int a, int b) {
+                       const double ka = key(a), kb = key(b);
+                       return ka != kb ? ka < kb : a < b;
+                     });
+    left = Build(first, half);
+    right = Build(first + half, count - half);
+  }
+  nodes_[index] = {low, high, left, right, first, left < 0 ? count : 0};
+  return index;
+}
+
+void SurfaceIndex::CloseTo(int index, const Vec3& p, SurfaceNear* best) const {
+  const Node& node = nodes_[index];
+  for (int i = node.first; i < node.first + node.count; ++i) {
+    const Triangle& triangle = triangles_[order_[i]];
+    int feature;
+    const Vec3 q = ClosestOnTriangle(triangle.x, p, &feature);
+    const double d = (p - q).norm();
+    if (d > best->distance_mm || (d == best->distance_mm && order_[i] > best->triangle)) continue;
+    const bool border = feature < 3 ? triangle.border[feature]
+                        : feature == 6
+                            ? false
+                            : triangle.border[feature - 3] || triangle.border[(feature - 1) % 3];
+    *best = {d, q, triangle.normal, order_[i], border};
+  }
+  if (node.left < 0) return;
+  int near = node.left, far = node.right;
+  double near2 = BoxDistance2(nodes_[near].low, nodes_[near].high, p);
+  double far2 = BoxDistance2(nodes_[far].low, nodes_[far].high, p);
+  if (far2 < near2) {
+    std::swap(near, far);
+    std::swap(near2, far2);
+  }
+  if (near2 <= best->distance_mm * best->distance_mm) CloseTo(near, p, best);
+  if (far2 <= best->distance_mm * best->distance_mm) CloseTo(far, p, best);
+}
+
+SurfaceNear SurfaceIndex::Closest(const Vec3& p, double max_distance_mm) const {
+  SurfaceNear best;
+  best.distance_mm = max_distance_mm;
+  if (!Empty()) CloseTo(0, p, &best);
+  return best;
+}
+
+void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const {
+  t->clear();
+  if (Empty()) return;
+  const Vec3 low = a.cwiseMin(b), high = a.cwiseMax(b), ab = b - a;
+  int stack[64], top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    if (!BoxesMeet(node.low, node.high, low, high)) continue;
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      const auto& x = triangles_[order_[i]].x;
+      const Vec3 e1 = x[1] - x[0], e2 = x[2] - x[0], p = ab.cross(e2);
+      const double det = e1.dot(p);
+      if (std::abs(det) < 1e-14 * e1.norm() * e2.norm() * ab.norm()) continue;
+      const Vec3 s = a - x[0];
+      const double u = s.dot(p) / det;
+      const Vec3 q = s.cross(e1);
+      const double v = ab.dot(q) / det, at = e2.dot(q) / det;
+      constexpr double kSlack =
+          1e-9;  // a segment through an edge of S is not lost between two triangles
+      if (u >= -kSlack && v >= -kSlack && u + v <= 1 + kSlack && at >= 0 && at <= 1)
+        t->push_back(at);
+    }
+    if (node.left >= 0) {
+      stack[top++] = node.right;
+      stack[top++] = node.left;
+    }
+  }
+  std::sort(t->begin(), t->end());
+  t->erase(std::unique(t->begin(), t->end(), [](double x, double y) { return y - x < 1e-7; }),
+           t->end());
+}
+
+bool SurfaceIndex::MeetsBox(const Vec3& low, const Vec3& high) const {
+  if (Empty()) return false;
+  int stack[64], top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    if (!BoxesMeet(node.low, node.high, low, high)) continue;
+    if (node.left >= 0) {
+      stack[top++] = node.right;
+      stack[top++] = node.left;
+      continue;
+    }
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      const auto& x = triangles_[order_[i]].x;
+      if (BoxesMeet(x[0].cwiseMin(x[1]).cwiseMin(x[2]), x[0].cwiseMax(x[1]).cwiseMax(x[2]), low,
+                    high))
+        return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace kerf

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "Core/TopologyChange.h"
+
+namespace kerf {
+
+/// Where a point stands to a separation surface.
+struct SurfaceNear {
+  double distance_mm = 1e300;
+  Vec3 point = Vec3::Zero();    ///< closest point of S
+  Vec3 normal = Vec3::UnitZ();  ///< of the triangle there
+  int triangle = -1;            ///< −1: nothing within the asked distance
+  bool on_border = false;       ///< the closest point lies on S's border
+};
+
+/// Bounding-volume tree over a separation surface: closest points, crossings of segments, boxes.
+/// Points with equal coordinates count as one, so that surfaces read from files know their border.
+/// Immutable.
+class SurfaceIndex {
+ public:
+  explicit SurfaceIndex(const CutSurface& surface);
+  bool Empty() const { return triangles_.empty(); }
+
+  SurfaceNear Closest(const Vec3& p, double max_distance_mm) const;
+  /// Parameters 0 ≤ t ≤ 1 along a–b where S crosses the segment, ascending, equal ones merged.
+  void Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const;
+  /// Does any triangle's box meet this box?
+  bool MeetsBox(const Vec3& low, const Vec3& high) const;
+
+ private:
+  struct Node {
+    Vec3 low, high;
+    int left = -1, right = -1;  ///< children; leaf: triangles order_[first .. first+count)
+    int first = 0, count = 0;
+  };
+  int Build(int first, int count);
+  void CloseTo(int node, const Vec3& p, SurfaceNear* best) const;
+
+  struct Triangle {
+    std::array<Vec3, 3> x;
+    Vec3 normal;
+    std::array<bool, 3> border;  ///< edge k from corner k to corner k+1
+  };
+  std::vector<Triangle> triangles_;
+  std::vector<int> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace kerf
