@@ -15,6 +15,7 @@ struct PixelBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   bool Empty() const { return x1 <= x0 || y1 <= y0; }
   PixelBox Grown(int by, int width, int height) const {
+    if (Empty()) return {};
     return {std::max(0, x0 - by), std::max(0, y0 - by), std::min(width, x1 + by),
             std::min(height, y1 + by)};
   }

@@ -176,6 +176,7 @@ struct GeometryBuffers::Implementation {
   explicit Implementation(const CameraModel& c) : camera(c), lens(c) {
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(0);
+    window->SwapBuffersOff();  // nobody looks at the window: only its buffers are read
     window->SetSize(2 * c.width, c.height);
     for (int side = 0; side < 2; ++side) {
       renderer[side]->SetViewport(0.5 * side, 0, 0.5 * side + 0.5, 1);

@@ -103,7 +103,7 @@ void OverlayCompositor::PaintSurfaces(const OverlayOptions& options, const Geome
 
       float wash = 0;
       if (outer == GeometryBuffers::CutFace) {
-        wash = 0.55f;
+        wash = 0.7f;
       } else if (outer && options.preset == OverlayPreset::Full) {
         wash = std::min(0.8f, rim[front.facing[i]]);
       }
@@ -115,7 +115,7 @@ void OverlayCompositor::PaintSurfaces(const OverlayOptions& options, const Geome
       // an open cut).
       const auto paint_organ = [&](float alpha) {
         if (outer == GeometryBuffers::CutFace) {
-          Mix(out, kCutFace, 0.65f + 0.35f * front.facing[i] / 255.0f, alpha);
+          Mix(out, kCutFace, 0.8f + 0.2f * front.facing[i] / 255.0f, alpha);
         } else if (outer) {
           Mix(out, kOrgan, 1.0f, alpha);
         }
@@ -140,7 +140,7 @@ void OverlayCompositor::PaintSurfaces(const OverlayOptions& options, const Geome
 void OverlayCompositor::Stroke(const PixelBox& box, const Color& color, double opacity,
                                Image* bgr) {
   const PixelBox wide = box.Grown(3, line_.Width(), line_.Height());
-  if (wide.Empty()) return;
+  if (box.Empty()) return;
   for (int y = wide.y0; y < wide.y1; ++y)
     std::copy(line_.Row(y) + wide.x0, line_.Row(y) + wide.x1, mask_.Row(y) + wide.x0);
   mask_.Smooth(wide, 1.8);
@@ -158,13 +158,23 @@ void OverlayCompositor::PaintEdges(const OverlayOptions& options, const Geometry
   const PixelBox box{std::max(1, box_.x0 - 2), std::max(1, box_.y0 - 2),
                      std::min(w - 1, box_.x1 + 2), std::min(front.height - 1, box_.y1 + 2)};
   const auto draw = [&](const Color& color, double opacity, double gain, auto&& is_edge) {
+    PixelBox drawn;
     for (int y = box.y0; y < box.y1; ++y) {
       std::uint8_t* row = line_.Row(y);
+      int first = box.x1, last = -1;
       for (int x = box.x0; x < box.x1; ++x)
-        if (is_edge(std::size_t(y) * w + x)) row[x] = 255;
+        if (is_edge(std::size_t(y) * w + x)) {
+          row[x] = 255;
+          first = std::min(first, x);
+          last = x;
+        }
+      if (last < 0) continue;
+      drawn.Include(first, y);
+      drawn.Include(last, y);
     }
-    line_.Smooth(box, gain);
-    Stroke(box, color, opacity, bgr);
+    drawn = drawn.Grown(1, line_.Width(), line_.Height());
+    line_.Smooth(drawn, gain);
+    Stroke(drawn, color, opacity, bgr);
   };
   // Both sides of a change of `what` are set: the line is centred on the true border.
   const auto border = [w](const std::vector<std::uint8_t>& ids, auto&& what) {
@@ -205,10 +215,14 @@ void OverlayCompositor::PaintMargin(const CameraModel& camera, const OverlayScen
   const PixelBox box = tumour_box_.Grown(static_cast<int>(radius) + 4, inside.width, inside.height);
   const std::vector<float> distance = DistanceToMask(tumour, inside.width, box);
   const int w = box.x1 - box.x0;
+  const Vec2 middle(0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1));
+  const int dashes = std::max(12, static_cast<int>(0.25 * std::hypot(w, box.y1 - box.y0)));
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
       const double off = std::abs(distance[std::size_t(y - box.y0) * w + x - box.x0] - radius);
-      const bool dash = ((x + y) / 6) % 2 == 0;
+      if (off >= 1.5) continue;
+      const double angle = std::atan2(y - middle.y(), x - middle.x()) + M_PI;
+      const bool dash = static_cast<int>(angle / (2 * M_PI) * dashes * 2) % 2 == 0;
       if (off < 1.5 && dash)
         line_.Row(y)[x] = static_cast<std::uint8_t>(255 * (1.5 - std::max(0.5, off)));
     }

@@ -11,7 +11,7 @@ namespace kerf {
 namespace overlay_colors {
 inline constexpr Color kOrgan{150, 215, 255};
 inline constexpr Color kTumour{205, 255, 40};
-inline constexpr Color kInternal{70, 120, 255};
+inline constexpr Color kInternal{95, 150, 255};
 inline constexpr Color kCutFace{255, 150, 30};
 inline constexpr Color kCutLine{255, 240, 90};
 inline constexpr Color kPlanned{255, 255, 255};

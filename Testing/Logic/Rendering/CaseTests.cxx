@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
@@ -52,11 +53,20 @@ CameraModel StudyCamera(const fs::path& file) {
   return lens;
 }
 
+// Deformed organs name their rest point (`pid`); the rest organ says which points lie on a face of
+// a cut.
 SurfaceMesh StudySurface(const fs::path& file, std::vector<std::uint8_t>* cut_face = nullptr) {
-  vtkNew<vtkXMLPolyDataReader> reader;
+  vtkNew<vtkXMLPolyDataReader> reader, rest;
   reader->SetFileName(file.c_str());
   reader->Update();
   vtkPolyData* poly = reader->GetOutput();
+  vtkDataArray *pid = nullptr, *cut = nullptr;
+  if (cut_face) {
+    rest->SetFileName((file.parent_path() / "rest_organ.vtp").c_str());
+    rest->Update();
+    cut = rest->GetOutput()->GetPointData()->GetArray("cut");
+    pid = poly->GetPointData()->GetArray("pid");
+  }
   SurfaceMesh mesh;
   mesh.points.resize(static_cast<Index>(poly->GetNumberOfPoints()), 3);
   for (vtkIdType i = 0; i < poly->GetNumberOfPoints(); ++i) {
@@ -64,15 +74,15 @@ SurfaceMesh StudySurface(const fs::path& file, std::vector<std::uint8_t>* cut_fa
     poly->GetPoint(i, p);
     mesh.points.row(static_cast<Index>(i)) << -p[0], -p[1], p[2];
   }
-  vtkDataArray* cut = poly->GetPointData()->GetArray("cut");
   mesh.triangles.resize(static_cast<Index>(poly->GetNumberOfPolys()), 3);
   vtkNew<vtkIdList> ids;
   for (Index t = 0; t < mesh.triangles.rows(); ++t) {
     poly->GetPolys()->GetCellAtId(t, ids);
-    bool face = cut != nullptr;
+    bool face = cut && pid;
     for (int k = 0; k < 3; ++k) {
       mesh.triangles(t, k) = static_cast<Index>(ids->GetId(k));
-      if (cut && cut->GetTuple1(ids->GetId(k)) == 0) face = false;
+      if (face && cut->GetTuple1(static_cast<vtkIdType>(pid->GetTuple1(ids->GetId(k)))) == 0)
+        face = false;
     }
     if (cut_face) cut_face->push_back(face);
   }
@@ -155,12 +165,16 @@ TEST_P(StudyOverlay, DrawsEveryPresetInTime) {
     renderer.SetOptions(options);
     Image picture = renderer.Render(scene);
     const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t cpu_begin = std::clock();
     constexpr int kRepeats = 10;
     for (int i = 0; i < kRepeats; ++i) picture = renderer.Render(scene);
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
-    RecordProperty(std::string("ms_") + name, std::to_string(spent.count() / kRepeats));
-    std::printf("%s %s: %.1f ms a frame\n", GetParam().study, name, spent.count() / kRepeats);
+    // Processor time of all threads: what counts on a machine that others use too.
+    const double cpu_ms = 1e3 * double(std::clock() - cpu_begin) / CLOCKS_PER_SEC / kRepeats;
+    std::printf("%s %s: %.1f ms a frame, %.1f ms of processor\n", GetParam().study, name,
+                spent.count() / kRepeats, cpu_ms);
+    EXPECT_LT(cpu_ms, 120) << name;  // 40 ms on an idle machine; wide, because time is shared here
     if (preview)
       WritePng(
           (fs::path(preview) / (std::string(GetParam().study) + "_" + Stem() + "_" + name + ".png"))
