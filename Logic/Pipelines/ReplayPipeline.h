@@ -1,9 +1,8 @@
 #pragma once
 
-#include <map>
 #include <optional>
+#include <set>
 #include <string>
-#include <vector>
 
 #include "Core/Progress.h"
 #include "Registration/MethodOptions.h"
@@ -13,8 +12,8 @@ namespace kerf {
 
 /// `kerf replay`: the whole intraoperative job over a recorded study.
 struct ReplayRequest {
-  std::string study;    ///< study folder
-  std::string results;  ///< output folder
+  std::string study;                       ///< study folder
+  std::string results;                     ///< output folder
   std::optional<std::string> case_folder;  ///< planned before; none = plan into results/case
   enum class Labels { Automatic, Given, Segment } labels = Labels::Automatic;
   std::optional<std::string> tracks;  ///< perfect tracks instead of the video
@@ -22,8 +21,8 @@ struct ReplayRequest {
   std::optional<int> tetrahedra;
   int threads = 0;
   bool render = true;
-  bool study_parameters = false;   ///< take the study's suggested_parameters and extrusion hint (reference method)
-  std::map<std::string, bool> set; ///< options that the user gave (they win over the study's suggestions)
+  std::set<std::string>
+      given;  ///< options of the method that the user gave: they win over the study's suggestions
   MethodOptions method;
 };
 
@@ -32,7 +31,8 @@ struct ReplayResult {
   int cuts = 0;
   GateState final_gate = GateState::Off;
   std::string final_reason;
-  std::optional<std::string> broken;  ///< the video broke in the middle: where and why; everything before it is kept
+  std::optional<std::string>
+      broken;  ///< the video broke in the middle: where and why; everything before it is kept
   double median_ms = 0.0, p99_ms = 0.0;  ///< of the pipeline without capture and rendering
 };
 

@@ -20,11 +20,11 @@ double ThroughDepth_mm(const TetMesh& mesh, const Vec3& direction) {
   return along.maxCoeff() - along.minCoeff() + 5.0;
 }
 
-std::optional<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
-                                  const MethodOptions& options, RegistrationState* state) {
+std::vector<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
+                                const MethodOptions& options, RegistrationState* state) {
   const auto point = CutPoint(divergence.outliers, divergence.mu, state->neighbors,
                               state->bound.rest, options.outliers);
-  if (!point) return std::nullopt;
+  if (!point) return {};
   state->neighbors =
       RemoveCrossing(state->neighbors, state->bound.rest, *point, options.cut_radius_mm);
   CutEvent event;
@@ -37,12 +37,12 @@ std::optional<CutEvent> DetectCut(const MeasuredDivergence& divergence, const Ca
   }
   ModelCut& cut = state->cuts.back();
   event.cut = static_cast<int>(state->cuts.size()) - 1;
-  if (!cut.polygon.Insert(*point, options.cut_radius_mm)) return std::nullopt;
-  const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
-  cut.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, direction));
+  if (!cut.polygon.Insert(*point, options.cut_radius_mm)) return {};
+  cut.direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
+  cut.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, cut.direction));
   cut.line = cut.polygon.Committed();
-  cut.surface = ExtrudeCut(cut.line, camera, options, cut.depth_mm);
-  return event;
+  cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);
+  return {event};
 }
 
 }  // namespace kerf

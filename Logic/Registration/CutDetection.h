@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "Registration/Divergence.h"
@@ -21,9 +20,10 @@ MeasuredDivergence MeasureDivergence(const RegistrationState& state, const Point
 /// The paper's detection: outliers → cut point (projected to the rest surface) → neighbours that
 /// cross its sphere are removed → the polygon grows at its nearest end → S grows with it. One
 /// sequence of cut points.
-/// @return the event when the committed line grew; `state->cuts` holds the new line and S
-std::optional<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
-                                  const MethodOptions& options, RegistrationState* state);
+/// @return one event when the committed line grew, none otherwise; `state->cuts` holds the new line
+/// and S
+std::vector<CutEvent> DetectCut(const MeasuredDivergence& divergence, const CameraModel& camera,
+                                const MethodOptions& options, RegistrationState* state);
 
 /// Reach of S below the surface that goes through the whole organ along `direction`.
 double ThroughDepth_mm(const TetMesh& mesh, const Vec3& direction);

@@ -5,7 +5,7 @@
 namespace kerf {
 
 double MethodOptions::SpringStiffness_g_s2() const {
-  if (spring_N_m) return 1000.0 * *spring_N_m;
+  if (spring_g_s2) return *spring_g_s2;
   return 1000.0 * material.young_kPa * spring_factor_mm;
 }
 

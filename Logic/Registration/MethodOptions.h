@@ -23,7 +23,8 @@ struct MethodOptions {
   Material material;
   double spring_factor_mm =
       10.0;  ///< k_l = spring_factor · E: 10 mm is LIMITS' floor; the paper's is 1 mm
-  std::optional<double> spring_N_m;  ///< `--spring`: k_l itself, N/m; overrides the factor
+  std::optional<double>
+      spring_g_s2;  ///< `--spring`: k_l itself, g/s² (10⁻³ N/m); overrides the factor
   double along_factor =
       0.1;  ///< stiffness along the line of sight relative to across (depth gauge)
   double robust_scale_mm = 3.0;  ///< Geman–McClure; 0 = quadratic

@@ -11,12 +11,8 @@ constexpr double kSpacing_mm = 3.0;  // of the strip's rows
 
 }  // namespace
 
-CutSurface ExtrudeCut(const CutPolyline& line, const CameraModel& camera,
-                      const MethodOptions& options, double depth_mm) {
-  Points directions(line.points.rows(), 3);
-  const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
-  for (Index i = 0; i < directions.rows(); ++i) directions.row(i) = direction.transpose();
-  return ExtrudePolyline(line.points, directions, kAbove_mm, depth_mm, kSpacing_mm);
+CutSurface ExtrudeCut(const CutPolyline& line, const Vec3& direction, double depth_mm) {
+  return ExtrudePolyline(line, direction, kAbove_mm, depth_mm, kSpacing_mm);
 }
 
 CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& engine,

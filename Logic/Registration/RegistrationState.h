@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "Core/Features.h"
 #include "Core/TetMesh.h"
 #include "Cutting/CutStructure.h"
+#include "Registration/CutEvidence.h"
 #include "Registration/CutPolygon.h"
 #include "Registration/NeighborGraph.h"
 #include "Registration/Targets.h"
@@ -13,9 +15,10 @@ namespace kerf {
 
 /// One cut of the model.
 struct ModelCut {
-  CutPolygon polygon;  ///< evidence and committed line (reference method)
-  CutPolyline line;    ///< committed line on the rest surface, mm
-  CutSurface surface;  ///< S so far, at rest
+  CutPolygon polygon;              ///< evidence and committed line (reference method)
+  CutPolyline line;                ///< committed line on the rest surface, mm
+  CutSurface surface;              ///< S so far, at rest
+  Vec3 direction = Vec3::UnitZ();  ///< of the extrusion, unit, into the tissue
   int detected_frame = -1;
   double depth_mm = 0.0;    ///< reach of S below the surface
   double confidence = 0.0;  ///< 0..1
@@ -24,14 +27,16 @@ struct ModelCut {
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.
 struct RegistrationState {
   int frame = -1;
-  TetMesh mesh;                       ///< (P_V⁰, C_V^t)
-  Points positions;                   ///< P_V^t, mm
-  Points velocities;                  ///< mm/s
-  FeatureSet features;                ///< p_f
-  BoundFeatures bound;                ///< P_F⁰ and its embedding in the current mesh
-  NeighborGraph neighbors;            ///< C_F^t
-  std::vector<Structure> structures;  ///< P_I⁰, C_I^t
-  std::vector<ModelCut> cuts;         ///< p_C, S
+  TetMesh mesh;                              ///< (P_V⁰, C_V^t)
+  Points positions;                          ///< P_V^t, mm
+  Points velocities;                         ///< mm/s
+  FeatureSet features;                       ///< p_f
+  BoundFeatures bound;                       ///< P_F⁰ and its embedding in the current mesh
+  NeighborGraph neighbors;                   ///< C_F^t
+  std::vector<Structure> structures;         ///< P_I⁰, C_I^t
+  CutEvidence evidence;                      ///< what spoke for cuts so far (Kerf's detection)
+  std::shared_ptr<const SurfaceTree> uncut;  ///< the organ's rest surface before any cut
+  std::vector<ModelCut> cuts;                ///< p_C, S
 };
 
 }  // namespace kerf

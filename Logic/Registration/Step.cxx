@@ -1,6 +1,7 @@
 #include "Registration/Step.h"
 
 #include "Registration/CutDetection.h"
+#include "Registration/JumpDetection.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
 
@@ -37,6 +38,40 @@ Springs FeatureSprings(const RegistrationState& state, const Points& targets,
   return springs;
 }
 
+/// Where the model has its features in the image; the tracker finds hidden ones again with it.
+Pixels ProjectedFeatures(const RegistrationState& state, const CameraModel& camera) {
+  const Points current = state.bound.embedding.Positions(state.positions, state.mesh.tets);
+  Pixels out(current.rows(), 2);
+  for (Index i = 0; i < current.rows(); ++i)
+    out.row(i) = camera.Project(current.row(i).transpose()).transpose();
+  return out;
+}
+
+/// Camera x, y of world points, mm.
+Pixels Lateral(const Points& world, const CameraModel& camera) {
+  Pixels out(world.rows(), 2);
+  for (Index i = 0; i < world.rows(); ++i)
+    out.row(i) = (camera.camera_from_world * Vec3(world.row(i).transpose())).head<2>().transpose();
+  return out;
+}
+
+/// Steps [4] and [5]: by Eq. (11), as the paper does, or by displacement jumps.
+std::vector<CutEvent> Detect(const Points& current, const Points& targets,
+                             const std::vector<char>& usable, const CameraModel& camera,
+                             const MethodOptions& options, RegistrationState* state,
+                             StepReport* report) {
+  if (options.method == Method::Kerf) {
+    if (!options.cutting) return {};
+    return DetectCutsByJumps(Lateral(targets, camera), usable, camera, options, state);
+  }
+  const MeasuredDivergence divergence =
+      MeasureDivergence(*state, current, targets, usable, options);
+  report->divergence_mean_mm = divergence.outliers.mean_mm;
+  report->outliers = static_cast<int>(divergence.outliers.pairs.size());
+  if (!options.cutting) return {};
+  return DetectCut(divergence, camera, options, state);
+}
+
 }  // namespace
 
 RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetMesh mesh,
@@ -53,6 +88,12 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
   state.features = engine.tracker.Detect(first, mask, options.wanted_features);
   state.bound = surface.Bind(state.features.pixels, camera);
   state.neighbors = BuildNeighborGraph(state.bound.rest, options.neighbour_radius_mm);
+  Points rest_camera(state.bound.rest.rows(), 3);
+  for (Index i = 0; i < rest_camera.rows(); ++i)
+    rest_camera.row(i) =
+        (camera.camera_from_world * Vec3(state.bound.rest.row(i).transpose())).transpose();
+  state.evidence = BeginEvidence(rest_camera, state.bound.on_surface);
+  state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
   engine.solver.Reset(state.mesh, options.material);
   return state;
 }
@@ -71,22 +112,17 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     const Points current =  // [3] where the model has its features, P_F^t
         state->bound.embedding.Positions(state->positions, state->mesh.tets);
     Begin(engine, Stage::Detection);
-    const MeasuredDivergence divergence =  // [4] Eq. (11) on the neighbourhood graph
-        MeasureDivergence(*state, current, targets, usable, options);
-    report.divergence_mean_mm = divergence.outliers.mean_mm;
-    report.outliers = static_cast<int>(divergence.outliers.pairs.size());
-    const auto grown =  // [5] outliers → cut point → cut line
-        options.cutting ? DetectCut(divergence, camera, options, state) : std::nullopt;
-    if (grown) {  // [6] extrude to S; cut model and internal structures
-      CutEvent event = *grown;
-      event.report = ApplyCut(state->cuts[event.cut], options, engine, state);
-      report.cuts.push_back(event);
+    // [4] divergence of neighbours and [5] outliers → cut point → cut line
+    for (CutEvent& event : Detect(current, targets, usable, camera, options, state, &report)) {
+      event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // [6] S cuts model
+      report.cuts.push_back(event);                                             // and structures
     }
     Begin(engine, Stage::Solve);
     report.solve = engine.solver.Solve(  // [7] minimize Eq. (5)
         FeatureSprings(*state, targets, usable, camera, options), {}, options.solve,
         &state->positions, &state->velocities);
   }
+  engine.tracker.Predict(ProjectedFeatures(*state, camera));
   return report;  // [8] the module draws
 }
 

@@ -1,0 +1,93 @@
+#include "Registration/CutEvidence.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMemory = 25;      // frames before a proportion is learned: one second
+constexpr double kLeastMotion_mm = 0.3;  // below it the proportion is noise
+constexpr double kMargin = 1.5;          // on the learned proportion
+constexpr double kLeastExcess_mm = 0.8;
+constexpr double kNoiseFactor = 5.0;  // excess over the measurement's own noise
+constexpr int kStreak = 2;
+
+}  // namespace
+
+CutEvidence BeginEvidence(const Points& rest_camera, const std::vector<char>& usable) {
+  CutEvidence evidence;
+  evidence.triangulation = TriangulateFeatures(rest_camera, usable);
+  const Index edges = static_cast<Index>(evidence.triangulation.edges.size());
+  evidence.learned = Eigen::VectorXd::Zero(edges);
+  evidence.streak.assign(edges, 0);
+  return evidence;
+}
+
+std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,
+                                        CutEvidence* evidence) {
+  const FeatureTriangulation& t = evidence->triangulation;
+  const Index edges = static_cast<Index>(t.edges.size());
+  const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
+  const double least = std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm);
+  Eigen::VectorXd proportion = Eigen::VectorXd::Zero(edges);
+  std::vector<PartingEdge> parting;
+  for (Index e = 0; e < edges; ++e) {
+    if (jumps.magnitude_mm[e] < 0.0) {  // not seen: no evidence, neither way
+      evidence->streak[e] = 0;
+      continue;
+    }
+    const auto [l, m] = t.edges[e];
+    const double excess = jumps.magnitude_mm[e] - kMargin * evidence->learned[e] * motion;
+    const Vec2 now = (current.row(m) - current.row(l)).transpose();
+    const bool opens = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
+    if (excess > least && opens)
+      ++evidence->streak[e];
+    else
+      evidence->streak[e] = 0;
+    if (evidence->streak[e] == 0) proportion[e] = jumps.magnitude_mm[e] / motion;
+    if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess});
+  }
+  evidence->recent.push_back(proportion);
+  if (evidence->recent.size() > kMemory) {
+    evidence->learned = evidence->learned.cwiseMax(evidence->recent.front());
+    evidence->recent.pop_front();
+  }
+  return parting;
+}
+
+std::vector<std::vector<Index>> GroupParting(const std::vector<PartingEdge>& parting,
+                                             const FeatureTriangulation& t) {
+  const Index n = static_cast<Index>(parting.size());
+  std::vector<Index> parent(n);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](Index i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto middle = [&](Index i) -> Vec2 {
+    const auto [l, m] = t.edges[parting[i].edge];
+    return 0.5 * (t.rest.row(l) + t.rest.row(m)).transpose();
+  };
+  for (Index i = 0; i < n; ++i)
+    for (Index j = i + 1; j < n; ++j)
+      if ((middle(i) - middle(j)).norm() < 2.0 * t.spacing_mm) {
+        const Index a = find(i), b = find(j);
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+  std::vector<std::vector<Index>> groups(n);
+  for (Index i = 0; i < n; ++i) groups[find(i)].push_back(i);
+  groups.erase(
+      std::remove_if(groups.begin(), groups.end(), [](const auto& group) { return group.empty(); }),
+      groups.end());
+  const auto total = [&](const std::vector<Index>& group) {
+    double sum = 0.0;
+    for (Index i : group) sum += parting[i].excess_mm;
+    return sum;
+  };
+  std::stable_sort(groups.begin(), groups.end(),
+                   [&](const auto& a, const auto& b) { return total(a) > total(b); });
+  return groups;
+}
+
+}  // namespace kerf

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "Registration/DisplacementJump.h"
+
+namespace kerf {
+
+/// Evidence for cuts, summed up over time. What a smooth but strongly varying strain leaves as a
+/// jump grows in proportion to the organ's motion; each edge learns that proportion from its own
+/// past, and only what comes in excess of it counts: a cut opens suddenly.
+struct CutEvidence {
+  FeatureTriangulation triangulation;
+  Eigen::VectorXd learned;  ///< E, largest jump per mm of motion, up to `kMemory` frames ago
+  std::deque<Eigen::VectorXd> recent;  ///< the same of the last frames, not learned yet
+  std::vector<int> streak;             ///< E, frames in a row with excess
+};
+
+/// An edge of the triangulation whose features part.
+struct PartingEdge {
+  Index edge = -1;
+  double jump_mm = 0.0;
+  double excess_mm = 0.0;
+};
+
+CutEvidence BeginEvidence(const Points& rest_camera, const std::vector<char>& usable);
+
+/// One frame of evidence. @return edges that part and have done so for some frames, by edge number
+std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,
+                                        CutEvidence* evidence);
+
+/// Parting edges that belong together: their middles are chained closer than twice the feature
+/// spacing.
+/// @return groups of positions in `parting`, largest total excess first
+std::vector<std::vector<Index>> GroupParting(const std::vector<PartingEdge>& parting,
+                                             const FeatureTriangulation& triangulation);
+
+}  // namespace kerf

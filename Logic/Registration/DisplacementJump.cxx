@@ -1,0 +1,188 @@
+#include "Registration/DisplacementJump.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Geometry/Delaunay.h"
+
+namespace kerf {
+namespace {
+
+using Mat2 = Eigen::Matrix2d;
+
+constexpr int kNear = 12;
+constexpr double kFitScale_mm = 0.3;  // residual beyond which a neighbour belongs to another side
+constexpr double kLongest = 3.0;      // times the median: edges across gaps of the feature cloud
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Depth per lateral mm of the surface at each feature, from a plane through its neighbours.
+std::vector<double> Steepness(const Points& rest, const std::vector<std::vector<Index>>& near) {
+  std::vector<double> steep(rest.rows(), 0.0);
+  for (Index l = 0; l < rest.rows(); ++l) {
+    Mat2 a = 1e-6 * Mat2::Identity();
+    Vec2 b = Vec2::Zero();
+    for (Index m : near[l]) {
+      const Vec2 d = (rest.row(m) - rest.row(l)).head<2>().transpose();
+      a += d * d.transpose();
+      b += d * (rest(m, 2) - rest(l, 2));
+    }
+    steep[l] = (a.inverse() * b).norm();
+  }
+  return steep;
+}
+
+/// Robust displacement gradient at feature l: the candidate (one per triangle of its fan, and the
+/// common fit) that most neighbours agree with, then refined by reweighting.
+Mat2 LocalGradient(const FeatureTriangulation& t, const Pixels& displacement,
+                   const std::vector<char>& usable, Index l) {
+  std::array<Vec2, kNear> dx, du;
+  std::array<double, kNear> prior;
+  int n = 0;
+  double mean_square = 0.0;
+  for (Index m : t.near[l]) {
+    if (!usable[m]) continue;
+    dx[n] = (t.rest.row(m) - t.rest.row(l)).transpose();
+    du[n] = (displacement.row(m) - displacement.row(l)).transpose();
+    mean_square += dx[n].squaredNorm();
+    ++n;
+  }
+  if (n < 4) return Mat2::Zero();
+  mean_square /= n;
+  for (int k = 0; k < n; ++k) prior[k] = 1.0 / (1.0 + dx[k].squaredNorm() / mean_square);
+  const double s2 = kFitScale_mm * kFitScale_mm;
+  const auto fit = [&](const std::array<double, kNear>& w) {
+    Mat2 a = 1e-3 * Mat2::Identity(), b = Mat2::Zero();
+    for (int k = 0; k < n; ++k) {
+      a += w[k] * dx[k] * dx[k].transpose();
+      b += w[k] * du[k] * dx[k].transpose();
+    }
+    return Mat2(b * a.inverse());
+  };
+  const auto cost = [&](const Mat2& g) {
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const double r2 = (du[k] - g * dx[k]).squaredNorm();
+      sum += prior[k] * r2 / (r2 + s2);
+    }
+    return sum;
+  };
+  Mat2 best = fit(prior);
+  double best_cost = cost(best);
+  for (const auto& [a, b] : t.fans[l]) {
+    if (!usable[a] || !usable[b]) continue;
+    Mat2 x, u;
+    x << (t.rest.row(a) - t.rest.row(l)).transpose(), (t.rest.row(b) - t.rest.row(l)).transpose();
+    u << (displacement.row(a) - displacement.row(l)).transpose(),
+        (displacement.row(b) - displacement.row(l)).transpose();
+    if (std::abs(x.determinant()) < 2.0) continue;
+    const Mat2 g = u * x.inverse();
+    const double c = cost(g);
+    if (c < best_cost) {
+      best_cost = c;
+      best = g;
+    }
+  }
+  std::array<double, kNear> w;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    for (int k = 0; k < n; ++k) {
+      const double q = 1.0 + (du[k] - best * dx[k]).squaredNorm() / s2;
+      w[k] = prior[k] / (q * q);
+    }
+    best = fit(w);
+  }
+  return best;
+}
+
+}  // namespace
+
+FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::vector<char>& usable,
+                                         double steepest) {
+  FeatureTriangulation t;
+  const Index n = static_cast<Index>(rest_camera.rows());
+  t.rest = rest_camera.leftCols<2>();
+  t.near.resize(n);
+  t.fans.resize(n);
+  std::vector<Index> members;
+  for (Index i = 0; i < n; ++i)
+    if (usable[i]) members.push_back(i);
+  if (members.size() < 8) return t;
+  Pixels chosen(members.size(), 2);
+  for (std::size_t i = 0; i < members.size(); ++i) chosen.row(i) = t.rest.row(members[i]);
+
+  const auto triangles = DelaunayTriangles(chosen);
+  std::vector<std::array<Index, 2>> all;
+  for (const auto& triangle : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Index a = members[triangle[k]], b = members[triangle[(k + 1) % 3]];
+      all.push_back({std::min(a, b), std::max(a, b)});
+    }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<double> lengths;
+  for (const auto& e : all) lengths.push_back((t.rest.row(e[0]) - t.rest.row(e[1])).norm());
+  t.spacing_mm = Median(lengths);
+
+  for (Index l : members) {
+    std::vector<std::pair<double, Index>> order;
+    for (Index m : members)
+      if (m != l) order.push_back({(t.rest.row(m) - t.rest.row(l)).squaredNorm(), m});
+    const std::size_t count = std::min<std::size_t>(kNear, order.size());
+    std::partial_sort(order.begin(), order.begin() + count, order.end());
+    for (std::size_t k = 0; k < count; ++k) t.near[l].push_back(order[k].second);
+  }
+  const std::vector<double> steep = Steepness(rest_camera, t.near);
+  for (const auto& triangle : triangles) {
+    std::array<Index, 3> corner;
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) corner[k] = members[triangle[k]];
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(longest, (t.rest.row(corner[k]) - t.rest.row(corner[(k + 1) % 3])).norm());
+    if (longest > kLongest * t.spacing_mm) continue;
+    for (int k = 0; k < 3; ++k)
+      t.fans[corner[k]].push_back({corner[(k + 1) % 3], corner[(k + 2) % 3]});
+  }
+  std::vector<double> kept_length;
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    if (lengths[e] > kLongest * t.spacing_mm) continue;
+    if (std::max(steep[all[e][0]], steep[all[e][1]]) > steepest) continue;
+    t.edges.push_back(all[e]);
+    kept_length.push_back(lengths[e]);
+  }
+  t.length_mm = Eigen::Map<Eigen::VectorXd>(kept_length.data(), kept_length.size());
+  return t;
+}
+
+DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& current,
+                               const std::vector<char>& usable) {
+  const Index n = static_cast<Index>(t.rest.rows()), edges = static_cast<Index>(t.edges.size());
+  const Pixels displacement = current - t.rest;
+  std::vector<Mat2> gradient(n, Mat2::Zero());
+  for (Index l = 0; l < n; ++l)
+    if (usable[l] && !t.near[l].empty()) gradient[l] = LocalGradient(t, displacement, usable, l);
+  DisplacementJumps out;
+  out.jump_mm = Pixels::Zero(edges, 2);
+  out.magnitude_mm = Eigen::VectorXd::Constant(edges, -1.0);
+  std::vector<double> magnitudes, motions;
+  for (Index e = 0; e < edges; ++e) {
+    const auto [l, m] = t.edges[e];
+    if (!usable[l] || !usable[m]) continue;
+    const Vec2 dx = (t.rest.row(m) - t.rest.row(l)).transpose();
+    const Vec2 smooth = 0.5 * (gradient[l] + gradient[m]) * dx;
+    const Vec2 jump = (displacement.row(m) - displacement.row(l)).transpose() - smooth;
+    out.jump_mm.row(e) = jump.transpose();
+    out.magnitude_mm[e] = jump.norm();
+    magnitudes.push_back(jump.norm());
+    motions.push_back(smooth.norm());
+  }
+  out.noise_mm = 1.4826 * Median(magnitudes);
+  out.motion_mm = Median(motions);
+  return out;
+}
+
+}  // namespace kerf

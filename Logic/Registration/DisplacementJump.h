@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "Core/Types.h"
+
+namespace kerf {
+
+/// Triangulation of the features at rest, seen from the camera: who is beside whom, and which edges
+/// can bear witness. Lateral coordinates: camera x, y in mm at rest (what a single camera
+/// measures).
+struct FeatureTriangulation {
+  Pixels rest;  ///< N×2, lateral, mm
+  std::vector<std::array<Index, 2>>
+      edges;                  ///< Delaunay edges (l < m) that are not too long and not too steep
+  Eigen::VectorXd length_mm;  ///< of the edges
+  std::vector<std::vector<Index>> near;  ///< the 12 nearest features of each feature
+  std::vector<std::vector<std::array<Index, 2>>>
+      fans;                 ///< the two other corners of each triangle at a feature
+  double spacing_mm = 0.0;  ///< median edge length
+
+  bool Empty() const { return edges.empty(); }
+};
+
+/// @param rest_camera N×3 features at rest in camera coordinates, mm
+/// @param usable N flags; others are left out. Edges on surface steeper than `steepest` (depth per
+/// lateral mm: the organ's rim, where neighbours in the image are no neighbours on the organ) bear
+/// no witness.
+FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::vector<char>& usable,
+                                         double steepest = 1.7);
+
+/// Jump of the displacement across each edge: what is left of the relative displacement of its two
+/// features after each side's own smooth deformation (a robust local affine fit, which follows the
+/// feature's own side of a cut) is taken away. A stretch, a rotation, a bend give 0; a cut gives
+/// its opening. A monocular analogue of the second observation of the paper ("increases much more
+/// than the average") that needs no model in between.
+struct DisplacementJumps {
+  Pixels jump_mm;                ///< E×2, lateral; 0 where a feature is unusable
+  Eigen::VectorXd magnitude_mm;  ///< E, −1 where a feature is unusable
+  double noise_mm = 0.0;         ///< robust σ of all magnitudes
+  double motion_mm = 0.0;        ///< robust scale of the smooth relative displacement of neighbours
+};
+
+/// @param current N×2 lateral positions now, mm (pixels back-projected to the rest depth)
+DisplacementJumps MeasureJumps(const FeatureTriangulation& triangulation, const Pixels& current,
+                               const std::vector<char>& usable);
+
+}  // namespace kerf

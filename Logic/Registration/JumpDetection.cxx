@@ -1,0 +1,170 @@
+#include "Registration/JumpDetection.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Registration/CutDetection.h"
+#include "Registration/CutLineFit.h"
+#include "Registration/ModelUpdate.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kStep_mm = 2.0;        // a line grows by at least this much
+constexpr double kPoint_mm = 4.0;       // distance of the points of a committed line
+constexpr double kReachSpacings = 2.5;  // an end nearer than this to the organ's rim goes over it
+constexpr double kOver_mm = 6.0;        // and this far beyond
+constexpr double kSameCut_mm = 12.0;    // evidence nearer than this to a cut belongs to it
+
+/// Enough to begin a cut: three parting edges, or two that part widely.
+bool Convincing(const std::vector<PartingEdge>& parting, const std::vector<Index>& group) {
+  int wide = 0;
+  for (Index i : group) wide += parting[i].excess_mm > 1.2;
+  return group.size() >= 3 || wide >= 2;
+}
+
+/// The lateral plane seen from the organ: parallel rays along the optical axis.
+class LateralFrame {
+ public:
+  LateralFrame(const CameraModel& camera, const SurfaceTree& rest)
+      : world_from_camera_(camera.camera_from_world.inverse()), rest_(rest) {}
+  std::optional<Vec3> OnOrgan(const Vec2& p) const {
+    const Ray ray{world_from_camera_ * Vec3(p.x(), p.y(), 0.0), world_from_camera_.linear().col(2)};
+    const auto hit = rest_.FirstHit(ray);
+    if (!hit) return std::nullopt;
+    return hit->point;
+  }
+  Vec3 AtDepth(const Vec2& p, double depth) const {
+    return world_from_camera_ * Vec3(p.x(), p.y(), depth);
+  }
+  Vec2 Lateral(const Vec3& world) const { return (world_from_camera_.inverse() * world).head<2>(); }
+  double Depth(const Vec3& world) const { return (world_from_camera_.inverse() * world).z(); }
+
+ private:
+  Eigen::Isometry3d world_from_camera_;
+  const SurfaceTree& rest_;
+};
+
+/// t of the line's end: over the organ's rim where that is near, else the extrapolated tip.
+/// @param sign −1 begin, +1 end
+double EndOf(const FittedLine& line, int sign, double spacing, const LateralFrame& frame) {
+  const double last = sign > 0 ? line.end_mm : line.begin_mm;
+  const double reach = kReachSpacings * spacing;
+  for (double d = 0.0; d <= reach; d += 0.5)
+    if (!frame.OnOrgan(line.At(last + sign * d))) return last + sign * (d + kOver_mm);
+  return last + sign * (sign > 0 ? line.end_tip_mm : line.begin_tip_mm);
+}
+
+double DistanceToLine(const Points& line, const Vec3& p) {
+  double best = 1e30;
+  for (Index i = 0; i + 1 < line.rows(); ++i) {
+    const Vec3 a = line.row(i).transpose(), ab = line.row(i + 1).transpose() - a;
+    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    best = std::min(best, (a + t * ab - p).norm());
+  }
+  return best;
+}
+
+/// Points of the fitted line from t0 to t1 (either direction), on the organ where they are over it.
+std::vector<Vec3> Trace(const FittedLine& line, double t0, double t1, double depth,
+                        const LateralFrame& frame) {
+  std::vector<Vec3> points;
+  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(t1 - t0) / kPoint_mm)));
+  for (int i = 0; i <= steps; ++i) {
+    const Vec2 p = line.At(t0 + (t1 - t0) * i / steps);
+    const auto on_organ = frame.OnOrgan(p);
+    if (on_organ) depth = frame.Depth(*on_organ);
+    points.push_back(frame.AtDepth(p, depth));
+  }
+  return points;
+}
+
+Points ToRows(const std::vector<Vec3>& points) {
+  Points rows(points.size(), 3);
+  for (std::size_t i = 0; i < points.size(); ++i) rows.row(i) = points[i].transpose();
+  return rows;
+}
+
+/// Grows a committed line at its ends to where the fitted line reaches; what is committed stays.
+bool Grow(const FittedLine& line, double begin, double end, double depth, const LateralFrame& frame,
+          CutPolyline* committed) {
+  if (committed->points.rows() == 0) {
+    committed->points = ToRows(Trace(line, begin, end, depth, frame));
+    return true;
+  }
+  const auto t_of = [&](Index row) {
+    return line.tangent.dot(frame.Lateral(committed->points.row(row).transpose()) - line.origin);
+  };
+  // The fitted tangent may point against the committed order.
+  const Index last = static_cast<Index>(committed->points.rows()) - 1;
+  const bool forward = t_of(last) >= t_of(0);
+  std::vector<Vec3> points;
+  for (Index i = 0; i <= last; ++i) points.push_back(committed->points.row(i).transpose());
+  if (!forward) std::reverse(points.begin(), points.end());
+  const double t_begin = t_of(forward ? 0 : last), t_end = t_of(forward ? last : 0);
+  bool grew = false;
+  if (end > t_end + kStep_mm) {
+    for (const Vec3& p : Trace(line, std::min(t_end + kStep_mm, end), end, depth, frame))
+      points.push_back(p);
+    grew = true;
+  }
+  if (begin < t_begin - kStep_mm) {
+    for (const Vec3& p : Trace(line, std::max(t_begin - kStep_mm, begin), begin, depth, frame))
+      points.insert(points.begin(), p);
+    grew = true;
+  }
+  if (!forward) std::reverse(points.begin(), points.end());
+  if (grew) committed->points = ToRows(points);
+  return grew;
+}
+
+}  // namespace
+
+std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector<char>& usable,
+                                        const CameraModel& camera, const MethodOptions& options,
+                                        RegistrationState* state) {
+  std::vector<CutEvent> events;
+  CutEvidence& evidence = state->evidence;
+  const FeatureTriangulation& t = evidence.triangulation;
+  if (t.Empty()) return events;
+  const DisplacementJumps jumps = MeasureJumps(t, lateral, usable);
+  const auto parting = UpdateEvidence(jumps, lateral, &evidence);
+  if (parting.empty()) return events;
+  const LateralFrame frame(camera, *state->uncut);
+  const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
+  for (const auto& group : GroupParting(parting, t)) {
+    const FittedLine line = FitCutLine(parting, group, t, jumps);
+    const auto center = frame.OnOrgan(line.At(0.5 * (line.begin_mm + line.end_mm)));
+    if (!center) continue;
+    int cut_index = -1;
+    for (std::size_t c = 0; c < state->cuts.size(); ++c)
+      if (DistanceToLine(state->cuts[c].line.points, *center) < kSameCut_mm)
+        cut_index = static_cast<int>(c);
+    CutEvent event;
+    event.first = cut_index < 0;
+    event.point = *center;
+    if (event.first && !Convincing(parting, group)) continue;
+    const double begin = EndOf(line, -1, t.spacing_mm, frame);
+    const double end = EndOf(line, +1, t.spacing_mm, frame);
+    ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
+    if (!Grow(line, begin, end, frame.Depth(*center), frame, &grown.line)) continue;
+    double excess = 0.0;
+    for (Index i : group) excess += parting[i].excess_mm;
+    grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-excess / 3.0));
+    if (event.first) grown.detected_frame = state->frame;
+    grown.direction = direction;
+    grown.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, direction));
+    grown.surface = ExtrudeCut(grown.line, direction, grown.depth_mm);
+    if (event.first) {
+      cut_index = static_cast<int>(state->cuts.size());
+      state->cuts.push_back(grown);
+    } else {
+      state->cuts[cut_index] = grown;
+    }
+    event.cut = cut_index;
+    events.push_back(event);
+  }
+  return events;
+}
+
+}  // namespace kerf
