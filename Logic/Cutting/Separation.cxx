@@ -110,6 +110,13 @@ class Opening {
       }
   }
 
+  /// The corner of a tetrahedron that stems from v of the closed patch.
+  int CornerOf(int t, int v) const {
+    for (int w : patch.tets[t].v)
+      if (origin[w] == v) return w;
+    return -1;
+  }
+
   CutPatch patch;
   std::vector<int> origin;   ///< vertex → vertex of the closed patch
   std::vector<int> touched;  ///< vertices at open faces, and their duplicates
@@ -246,11 +253,15 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     if (any) continue;
     for (const OpenFace& face : faces) {
       if (!face.open) continue;
-      const auto& a = opening.patch.tets[face.tet[0]].v;
-      int shared = 0;
-      for (int w : a) shared += opening.patch.Has(face.tet[1], w);
-      if (shared == 3) continue;  // inside the front: both sides still have the same corners
-      ++report.faces;
+      OpenedFace opened;
+      opened.tet_a = face.tet[0];
+      opened.tet_b = face.tet[1];
+      for (int k = 0; k < 3; ++k) {
+        opened.a[k] = opening.CornerOf(face.tet[0], face.v[k]);
+        opened.b[k] = opening.CornerOf(face.tet[1], face.v[k]);
+      }
+      if (opened.a == opened.b) continue;  // at the front: both sides still have the same corners
+      report.faces.push_back(opened);
       report.area_mm2 += face.area_mm2;
     }
     report.duplicated_vertices = opening.duplicated;

@@ -6,7 +6,7 @@
 namespace kerf {
 
 struct SeparationReport {
-  Index faces = 0;  ///< new separation faces
+  std::vector<OpenedFace> faces;  ///< in numbers of the patch
   Index duplicated_vertices = 0;
   double area_mm2 = 0;  ///< one side
 };

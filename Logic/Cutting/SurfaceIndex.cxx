@@ -76,6 +76,7 @@ SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
     const double twice_area = normal.norm();
     if (!(twice_area > 1e-12)) continue;  // a triangle without area separates nothing
     triangle.normal = normal / twice_area;
+    triangle.row = f;
     triangle.border = {false, false, false};
     for (int k = 0; k < 3; ++k) {
       const Index a = id[k], b = id[(k + 1) % 3];
@@ -137,12 +138,13 @@ void SurfaceIndex::CloseTo(int index, const Vec3& p, SurfaceNear* best) const {
     int feature;
     const Vec3 q = ClosestOnTriangle(triangle.x, p, &feature);
     const double d = (p - q).norm();
-    if (d > best->distance_mm || (d == best->distance_mm && order_[i] > best->triangle)) continue;
+    if (d > best->distance_mm || (d == best->distance_mm && triangle.row > best->triangle))
+      continue;
     const bool border = feature < 3 ? triangle.border[feature]
                         : feature == 6
                             ? false
                             : triangle.border[feature - 3] || triangle.border[(feature - 1) % 3];
-    *best = {d, q, triangle.normal, order_[i], border};
+    *best = {d, q, triangle.normal, triangle.row, border};
   }
   if (node.left < 0) return;
   int near = node.left, far = node.right;

@@ -12,7 +12,7 @@ struct SurfaceNear {
   double distance_mm = 1e300;
   Vec3 point = Vec3::Zero();    ///< closest point of S
   Vec3 normal = Vec3::UnitZ();  ///< of the triangle there
-  int triangle = -1;            ///< −1: nothing within the asked distance
+  int triangle = -1;            ///< row in the surface; −1: nothing within the asked distance
   bool on_border = false;       ///< the closest point lies on S's border
 };
 
@@ -42,6 +42,7 @@ class SurfaceIndex {
   struct Triangle {
     std::array<Vec3, 3> x;
     Vec3 normal;
+    int row;
     std::array<bool, 3> border;  ///< edge k from corner k to corner k+1
   };
   std::vector<Triangle> triangles_;

@@ -99,7 +99,8 @@ TopologyChange Unchanged(const TetMesh& mesh) {
 }
 
 /// Puts the patch back into the mesh. Unchanged tetrahedra and all old vertices keep their numbers.
-TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const CutPatch& patch) {
+TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const Attempt& attempt) {
+  const CutPatch& patch = attempt.patch;
   TopologyChange change = Unchanged(mesh);
   change.changed = true;
   std::vector<Index> number(patch.vertices.size());
@@ -138,8 +139,13 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const CutPa
   change.mesh.region.resize(change.mesh.tets.rows());
   change.parent_tet.resize(change.mesh.tets.rows());
   std::size_t next_place = 0;
-  for (const auto& tet : patch.tets) {
-    if (!tet.changed) continue;
+  std::vector<Index> tet_number(patch.tets.size());
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    const auto& tet = patch.tets[t];
+    if (!tet.changed) {
+      tet_number[t] = before.old_tet[t];
+      continue;
+    }
     const Index at = next_place < places.size() ? places[next_place++] : tet_count++;
     Vec3 center = Vec3::Zero();
     for (int k = 0; k < 4; ++k) {
@@ -150,8 +156,18 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const CutPa
     change.parent_tet[at] = before.old_tet[before.Locate(center, {tet.source}, &weights)];
     change.mesh.region[at] = tet.region;
     change.new_tets.push_back(at);
+    tet_number[t] = at;
   }
   std::sort(change.new_tets.begin(), change.new_tets.end());
+  for (OpenedFace face : attempt.separation.faces) {
+    for (int k = 0; k < 3; ++k) {
+      face.a[k] = number[face.a[k]];
+      face.b[k] = number[face.b[k]];
+    }
+    face.tet_a = tet_number[face.tet_a];
+    face.tet_b = tet_number[face.tet_b];
+    change.opened.push_back(face);
+  }
   return change;
 }
 
@@ -215,7 +231,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options_.snap_fraction;
     Attempt attempt = Try(before, index, remeshing, options_.snapping);
-    if (attempt.separation.faces == 0) continue;
+    if (attempt.separation.faces.empty()) continue;
     separates = true;
     if (attempt.angle_current_deg < required_current_deg && before.deformed) continue;
     if (!best || attempt.angle_deg > best->angle_deg) best = std::move(attempt);
@@ -226,7 +242,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   if (!best || (options_.snapping && best->angle_deg < required_deg))
     return refuse("no remeshing keeps the elements well shaped");
 
-  TopologyChange change = Assemble(mesh, before, best->patch);
+  TopologyChange change = Assemble(mesh, before, *best);
   out.done = true;
   out.new_vertices = change.mesh.VertexCount() - mesh.VertexCount();
   out.new_tets = change.mesh.TetCount() - mesh.TetCount();
