@@ -64,11 +64,12 @@ void WriteCutsFile(const std::string& path, const std::vector<CutRecord>& cuts) 
   file.Commit();
 }
 
-std::vector<CutRecord> ReadCutsFile(const std::string& path) {
+std::vector<CutRecord> ReadCutsFile(const std::string& path, Space* space_out) {
   using namespace json_read;
   const Json json = ReadObject(path);
   const Json* space_tag = Find(json, "space");
   const Space space = ParseSpace(space_tag ? Text(*space_tag, path, "space") : "", path, "space");
+  if (space_out) *space_out = space;
   std::vector<CutRecord> cuts;
   const Json* list = Find(json, "cuts");
   if (!list || !list->is_array()) throw InputError(path, "cuts", "is missing or not a list");
@@ -77,8 +78,7 @@ std::vector<CutRecord> ReadCutsFile(const std::string& path) {
     const Json& entry = (*list)[c];
     if (!entry.is_object()) throw InputError(path, element, "is not an object");
     CutRecord cut;
-    // A missing frame never counts as early.
-    cut.detected_frame = std::numeric_limits<int>::max();
+    cut.detected_frame = kNoFrame;
     if (auto* v = Find(entry, "detected_frame"))
       cut.detected_frame = Integer(*v, path, element + ".detected_frame");
     if (auto* v = Find(entry, "depth_mm")) cut.depth_mm = Number(*v, path, element + ".depth_mm");

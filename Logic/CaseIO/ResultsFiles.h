@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "CaseIO/Csv.h"
+#include "CaseIO/Space.h"
 #include "Core/Features.h"
 #include "Core/Types.h"
 
@@ -39,8 +41,11 @@ struct CutRecord {
 };
 /// cuts.json, tagged LPS; an empty list where cutting was off.
 void WriteCutsFile(const std::string& path, const std::vector<CutRecord>& cuts);
-/// Either space; converted to LPS. @throws InputError naming file and cut
-std::vector<CutRecord> ReadCutsFile(const std::string& path);
+/// detected_frame of a cut whose file does not tell one.
+constexpr int kNoFrame = std::numeric_limits<int>::max();
+/// Either space; converted to LPS. @param space the space of the file, may be null
+/// @throws InputError naming file and cut
+std::vector<CutRecord> ReadCutsFile(const std::string& path, Space* space = nullptr);
 
 /// One line of reliability.csv: frame,time_s,state,score,reason,tumour_u95_mm.
 struct ReliabilityRow {
