@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "kerf " KERF_VERSION " (" KERF_BASELINE ")");
   app.require_subcommand(1);
   app.fallthrough(false);
+  kerf::AddPhantomCommand(app, context);
+  kerf::AddEvaluateCommand(app, context);
   kerf::InstallCancelHandler();
 
   try {
