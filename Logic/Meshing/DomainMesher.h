@@ -21,6 +21,7 @@ class DomainMesher {
   virtual ~DomainMesher() = default;
   virtual TetMesh Mesh(const MesherRun& run, Progress& progress) const = 0;
   virtual double Volume_mm3() const = 0;  ///< what the mesh should enclose
+  virtual bool HasOffset() const { return true; }
 };
 
 struct MeshingOptions;

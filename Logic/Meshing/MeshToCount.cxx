@@ -81,7 +81,9 @@ TetMesh MeshToCount(const DomainMesher& domain, const std::string& where,
     const double volume = Volume_mm3(mesh);
     const double volume_error = volume / target_mm3 - 1.0;
     const bool at_limit = run.edge_mm >= largest_edge && ratio > 1.0;
-    if ((std::abs(ratio - 1.0) < 0.04 || at_limit) && std::abs(volume_error) < 0.002) break;
+    if ((std::abs(ratio - 1.0) < 0.04 || at_limit) &&
+        (!domain.HasOffset() || std::abs(volume_error) < 0.002))
+      break;
     if (!at_limit)
       run.edge_mm = std::min(largest_edge, run.edge_mm * std::clamp(std::cbrt(ratio), 0.5, 2.0));
     run.offset_mm -= std::clamp((volume - target_mm3) / boundary.Area(), -0.3, 0.3);

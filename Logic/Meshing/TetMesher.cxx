@@ -3,12 +3,20 @@
 #include "Meshing/DomainMesher.h"
 #include "Meshing/LabelDomain.h"
 #include "Meshing/LabelField.h"
+#include "Meshing/SurfaceDomain.h"
 
 namespace kerf {
+namespace {
+
+void RequireCount(const MeshingOptions& options) {
+  if (options.tetrahedra < 100) throw UsageError("at least 100 tetrahedra must be asked for");
+}
+
+}  // namespace
 
 TetMesh MeshLabelMap(const LabelMap& labels, const MeshingOptions& options, Progress& progress,
                      MeshingReport* report) {
-  if (options.tetrahedra < 100) throw UsageError("at least 100 tetrahedra must be asked for");
+  RequireCount(options);
   progress.Report(0.0, "smoothing labels");
   const std::vector<std::uint8_t> mask = OrganMask(labels, progress);
   const LabelField organ = SmoothMask(labels.grid, mask);
@@ -19,6 +27,17 @@ TetMesh MeshLabelMap(const LabelMap& labels, const MeshingOptions& options, Prog
   progress.ThrowIfCancelled();
   TetMesh mesh =
       MeshToCount(*MakeLabelDomain(organ, tumour), labels.source, options, progress, report);
+  progress.Report(1.0, "meshed");
+  return mesh;
+}
+
+TetMesh MeshClosedSurface(const SurfaceMesh& surface, const std::string& file,
+                          const MeshingOptions& options, Progress& progress,
+                          MeshingReport* report) {
+  RequireCount(options);
+  progress.Report(0.0, "checking the surface");
+  RequireClosedSurface(surface, file);
+  TetMesh mesh = MeshToCount(*MakeSurfaceDomain(surface, file), file, options, progress, report);
   progress.Report(1.0, "meshed");
   return mesh;
 }

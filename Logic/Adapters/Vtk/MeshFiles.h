@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "CaseIO/Space.h"
+#include "Core/SurfaceMesh.h"
+#include "Core/TetMesh.h"
+
+/// Mesh files of the field. Inside everything is LPS mm; files carry their space (FIELD (d)):
+/// field-data array SPACE in .vtp/.vtu, `SPACE=LPS` in the header or a comment of .stl, .ply, .obj
+/// and .vtk; untagged means LPS. RAS ↔ LPS turns by 180° about z, so that triangles keep their
+/// orientation. Files appear whole or not at all.
+namespace kerf {
+
+/// A surface as a file holds it.
+struct SurfaceFile {
+  SurfaceMesh surface;                  ///< LPS, mm
+  std::optional<Points> rest_position;  ///< point array rest_position_mm (.vtp, .vtk), LPS
+  Space space = Space::LPS;             ///< of the file, before conversion
+};
+
+/// .vtp .stl .ply .obj .vtk. Polygons are triangulated. Corners at the same place are merged (.stl
+/// only, which has no points). @throws InputError naming file and element: unknown extension,
+/// missing, truncated, garbage, empty, indices out of range, coordinates that are no numbers
+SurfaceFile ReadSurfaceFile(const std::string& path);
+SurfaceMesh ReadSurface(const std::string& path);
+
+/// .vtp .stl .ply .obj .vtk .glb by extension; .glb in metres and Y-up as glTF wants it, whatever
+/// `space` says.
+/// @param rest_position N×3, written where the format has a place for it (.vtp, .vtk); may be null
+void WriteSurface(const SurfaceMesh& surface, const std::string& path, Space space = Space::LPS,
+                  const Points* rest_position = nullptr);
+
+/// .vtu .vtk. @param positions current points, may be null
+TetMesh ReadTetMesh(const std::string& path, Points* positions = nullptr);
+/// .vtu .vtk with point array rest_position_mm and cell array region.
+void WriteTetMesh(const TetMesh& mesh, const Points& positions, const std::string& path,
+                  Space space = Space::LPS);
+
+/// Is this an extension (without dot, lower case) that ReadSurface knows?
+bool IsSurfaceExtension(const std::string& extension);
+/// Extension without dot, lower case; "seg.nrrd" and "nii.gz" give their last part.
+std::string FileExtension(const std::string& path);
+
+}  // namespace kerf

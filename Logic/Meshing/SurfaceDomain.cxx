@@ -1,0 +1,77 @@
+#include "Meshing/SurfaceDomain.h"
+
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polyhedral_mesh_domain_with_features_3.h>
+#include <CGAL/make_mesh_3.h>
+
+#include <algorithm>
+#include <array>
+
+#include "Meshing/Mesh3.h"
+
+namespace kerf {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Polyhedron = CGAL::Mesh_polyhedron_3<Kernel>::type;
+using Domain = CGAL::Polyhedral_mesh_domain_with_features_3<Kernel>;
+using Triangulation = CGAL::Mesh_triangulation_3<Domain>::type;
+using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::Corner_index,
+                                                        Domain::Curve_index>;
+using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
+
+constexpr double kSharpEdge_deg = 50.0;
+
+class SurfaceDomain : public DomainMesher {
+ public:
+  SurfaceDomain(const SurfaceMesh& surface, const std::string& file)
+      : volume_mm3_(surface.SignedVolume()) {
+    namespace pmp = CGAL::Polygon_mesh_processing;
+    std::vector<Kernel::Point_3> points(surface.points.rows());
+    for (Index i = 0; i < surface.points.rows(); ++i)
+      points[i] = Kernel::Point_3(surface.points(i, 0), surface.points(i, 1), surface.points(i, 2));
+    std::vector<std::array<std::size_t, 3>> triangles(surface.triangles.rows());
+    for (Index t = 0; t < surface.triangles.rows(); ++t)
+      for (int k = 0; k < 3; ++k)
+        triangles[t][k] = static_cast<std::size_t>(surface.triangles(t, k));
+    if (!pmp::is_polygon_soup_a_polygon_mesh(triangles))
+      throw InputError(file, "triangles", "the surface is pinched (a point joins separate fans)");
+    pmp::polygon_soup_to_polygon_mesh(points, triangles, polyhedron_);
+  }
+
+  double Volume_mm3() const override { return volume_mm3_; }
+  bool HasOffset() const override { return false; }
+
+  TetMesh Mesh(const MesherRun& run, Progress& progress) const override {
+    progress.ThrowIfCancelled();
+    // The generator drives where the first points are shot: the same ones on every run.
+    CGAL::Random random(0);
+    Domain domain(polyhedron_, &random);
+    domain.detect_features(kSharpEdge_deg);
+    namespace parameters = CGAL::parameters;
+    const Criteria criteria(parameters::edge_size = run.edge_mm, parameters::facet_angle = 28,
+                            parameters::facet_size = run.edge_mm,
+                            parameters::facet_distance = 0.05 * std::min(run.edge_mm, 8.0),
+                            parameters::cell_radius_edge_ratio = 2.0,
+                            parameters::cell_size = run.edge_mm);
+    Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, parameters::manifold(),
+                                                 parameters::no_perturb(), parameters::no_exude());
+    if (run.improve)
+      CGAL::perturb_mesh_3(complex, domain, parameters::sliver_bound = run.sliver_bound_deg,
+                           parameters::time_limit = 0);
+    return ToTetMesh(complex, [](int) { return static_cast<int>(Label::Organ); });
+  }
+
+ private:
+  double volume_mm3_;
+  Polyhedron polyhedron_;
+};
+
+}  // namespace
+
+std::unique_ptr<DomainMesher> MakeSurfaceDomain(const SurfaceMesh& surface,
+                                                const std::string& file) {
+  return std::make_unique<SurfaceDomain>(surface, file);
+}
+
+}  // namespace kerf
