@@ -1,5 +1,7 @@
 #include "Pipelines/ReplayPipeline.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -12,7 +14,7 @@
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
-#include "Adapters/OpenCv/Tracker.h"
+#include "Adapters/OpenCv/LucasKanadeTracker.h"
 #include "Adapters/OpenCv/VideoSource.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/CaseFolder.h"
@@ -20,6 +22,7 @@
 #include "Core/Errors.h"
 #include "Pipelines/OverlayRecorder.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Pipelines/Report.h"
 #include "Pipelines/ResultsWriter.h"
 #include "Session/RegistrationSession.h"
 #include "Session/TableTracker.h"
@@ -116,17 +119,14 @@ CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Prog
     pixels.row(i) = landmarks[i].pixel.transpose();
   }
   const LandmarkResult result = RegisterLandmarks(world, pixels, camera, study.landmarks);
-  std::vector<double> residuals;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    residuals.push_back(result.residual_px[i]);
-    if (result.outlier[i])
-      progress.Warn(study.landmarks + ": landmark " + std::to_string(landmarks[i].id) +
-                    " does not fit the others (" + std::to_string(result.residual_px[i]) +
-                    " px) and was left out");
-  }
-  if (result.ambiguous)
-    progress.Warn(study.landmarks + ": a second, mirrored pose fits nearly as well");
+  if (!result.warning.empty()) progress.Warn(study.landmarks + ": " + result.warning);
+  std::vector<double> residuals(result.residual_px.data(),
+                                result.residual_px.data() + result.residual_px.size()),
+      left_out;
+  for (Index row : result.outliers) left_out.push_back(landmarks[row].id);
   accepted->push_back({"residual_px", residuals});
+  accepted->push_back({"rms_px", result.rms_px});
+  accepted->push_back({"outlier_ids", left_out});
   camera.camera_from_world = result.camera.camera_from_world;
   return camera;
 }
@@ -180,6 +180,55 @@ void Percentiles(std::vector<double> totals, ReplayResult* result) {
   std::sort(totals.begin(), totals.end());
   result->median_ms = totals[totals.size() / 2];
   result->p99_ms = totals[std::min(totals.size() - 1, totals.size() * 99 / 100)];
+}
+
+constexpr int kReportSnapshots = 3;  // at rest, in the middle, at the end
+
+/// Frames whose overlay goes into the report, evenly from the first to the last.
+bool IsSnapshot(int frame, int frame_count) {
+  if (frame_count < kReportSnapshots) return true;
+  for (int k = 0; k < kReportSnapshots; ++k)
+    if (frame == (frame_count - 1) * k / (kReportSnapshots - 1)) return true;
+  return false;
+}
+
+std::string Text(const JournalValue& value) {
+  struct Visitor {
+    std::string operator()(bool v) const { return v ? "on" : "off"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const { return fmt::format("{:g}", v); }
+    std::string operator()(const std::string& v) const { return v; }
+    std::string operator()(const std::vector<double>& v) const {
+      return fmt::format("{:.4g}", fmt::join(v, ", "));
+    }
+    std::string operator()(const std::vector<std::string>& v) const {
+      return fmt::format("{}", fmt::join(v, ", "));
+    }
+  };
+  return std::visit(Visitor(), value.value);
+}
+
+void WriteReplayReport(const ReplayRequest& request, const Study& study,
+                       const ResultsWriter& results, const OverlayRecorder* recorder,
+                       const MeshQuality& planned, const RegistrationState& state,
+                       const ReplayResult& result) {
+  ReportData data;
+  data.study = study.name;
+  data.method = request.method.method == Method::Reference ? "reference" : "kerf";
+  data.cutting = request.method.cutting;
+  if (result.broken) data.warnings.push_back(*result.broken);
+  if (recorder)
+    for (const auto& snapshot : recorder->Snapshots())
+      data.snapshots.push_back({snapshot.frame, snapshot.time_s, snapshot.image});
+  data.timing = results.Timing();
+  data.reliability = results.ReliabilityRows();
+  data.cuts = results.Cuts();
+  data.planned_mesh = planned;
+  data.final_mesh = MeasureQuality(state.mesh, state.positions);
+  for (const auto& [name, value] : Parameters(request))
+    data.parameters.push_back({name, Text(value)});
+  data.versions = {{"kerf", KERF_VERSION}, {"instruction set", KERF_BASELINE}};
+  WriteReport(request.results + "/report.html", data);
 }
 
 }  // namespace
@@ -242,6 +291,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   if (request.render && video)
     recorder = OverlayRecorder::Make(request.results, camera, source->FramesPerSecond(), progress);
 
+  const MeshQuality planned_quality = MeasureQuality(planned.mesh, planned.mesh.rest);
   RegistrationSession session(std::move(planned.mesh), std::move(planned.structures), camera,
                               request.method, std::move(tracker));
   ReplayResult result;
@@ -267,6 +317,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
     if (recorder) {
       const auto render_start = Clock::now();
       recorder->Add(*frame, *last, session.State(), &results);
+      if (IsSnapshot(result.frames, frame_count)) recorder->KeepSnapshot();
       render_ms = Since_ms(render_start);
     }
     results.AddFrame(*last, session.State(), capture_ms, render_ms);
@@ -300,7 +351,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
       last->time_s, last->frame, "end",
       {{"frames", result.frames}, {"cuts", result.cuts}, {"gate", ToString(result.final_gate)}});
   if (recorder) recorder->Finish();
-  WriteReplayReport(request, study, results, recorder.get(), result);
+  WriteReplayReport(request, study, results, recorder.get(), planned_quality, state, result);
   return result;
 }
 

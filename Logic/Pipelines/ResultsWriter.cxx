@@ -102,29 +102,28 @@ void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState&
 
 void ResultsWriter::WriteMeshes(const SessionFrame& frame, const RegistrationState& state) {
   const OrganView& view = View(state);
-  WriteSurface(Path(FrameFileName(frame.frame, "organ", "vtp")), view.current,
-               {Space::Lps, view.rest});
+  WriteSurface(view.current, Path(FrameFileName(frame.frame, "organ", "vtp")), Space::LPS,
+               &view.rest);
   for (const Structure& structure : state.structures)
-    WriteSurface(Path(FrameFileName(frame.frame, structure.name, "vtp")),
-                 Current(structure, state));
+    WriteSurface(Current(structure, state),
+                 Path(FrameFileName(frame.frame, structure.name, "vtp")));
 }
 
 void ResultsWriter::Finish(const RegistrationState& state) {
   features_.Finish();
   WriteReliabilityFile(Path("reliability.csv"), reliability_);
   WriteTimingFile(Path("timing.csv"), timing_);
-  std::vector<CutRecord> records;
   for (std::size_t i = 0; i < state.cuts.size(); ++i) {
     const ModelCut& cut = state.cuts[i];
     if (cut.surface.triangles.rows() == 0) continue;
-    records.push_back({cut.detected_frame, SurfaceLine(cut), cut.depth_mm, cut.confidence});
-    WriteSurface(Path("cut_" + std::to_string(i) + "_surface.vtp"),
-                 {cut.surface.points, cut.surface.triangles});
+    cuts_.push_back({cut.detected_frame, SurfaceLine(cut), cut.depth_mm, cut.confidence});
+    WriteSurface({cut.surface.points, cut.surface.triangles},
+                 Path("cut_" + std::to_string(i) + "_surface.vtp"));
   }
-  WriteCutsFile(Path("cuts.json"), records);
-  WriteTetMesh(Path("organ_final.vtu"), state.mesh, state.positions);
+  WriteCutsFile(Path("cuts.json"), cuts_);
+  WriteTetMesh(state.mesh, state.positions, Path("organ_final.vtu"));
   for (const Structure& structure : state.structures)
-    WriteSurface(Path(structure.name + "_final.vtp"), Current(structure, state));
+    WriteSurface(Current(structure, state), Path(structure.name + "_final.vtp"));
 }
 
 }  // namespace kerf

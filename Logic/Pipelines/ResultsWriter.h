@@ -42,6 +42,8 @@ class ResultsWriter {
 
   const std::vector<TimingRow>& Timing() const { return timing_; }
   const std::vector<ReliabilityRow>& ReliabilityRows() const { return reliability_; }
+  /// After Finish: what cuts.json holds.
+  const std::vector<CutRecord>& Cuts() const { return cuts_; }
 
  private:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
@@ -52,6 +54,7 @@ class ResultsWriter {
   FeaturesFile features_;
   std::vector<ReliabilityRow> reliability_;
   std::vector<TimingRow> timing_;
+  std::vector<CutRecord> cuts_;
   OrganView view_;
   std::vector<Index> vertex_of_point_;
   Index view_tets_ = -1, view_vertices_ = -1;

@@ -12,6 +12,7 @@ constexpr double kMargin = 1.5;          // on the learned proportion
 constexpr double kLeastExcess_mm = 0.8;
 constexpr double kNoiseFactor = 5.0;  // excess over the measurement's own noise
 constexpr int kStreak = 2;
+constexpr double kSolitary = 0.7;
 
 }  // namespace
 
@@ -30,23 +31,32 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   const Index edges = static_cast<Index>(t.edges.size());
   const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
   const double least = std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm);
+  Eigen::VectorXd excess = Eigen::VectorXd::Constant(edges, -1.0);
+  std::vector<int> seen(t.rest.rows(), 0), parted(t.rest.rows(), 0);
+  for (Index e = 0; e < edges; ++e) {
+    if (jumps.magnitude_mm[e] < 0.0) continue;  // not seen: no evidence, neither way
+    const auto [l, m] = t.edges[e];
+    const double over = jumps.magnitude_mm[e] - kMargin * evidence->learned[e] * motion;
+    const Vec2 now = (current.row(m) - current.row(l)).transpose();
+    const bool opens = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
+    excess[e] = over;
+    for (Index i : {l, m}) ++seen[i];
+    if (over > least)
+      for (Index i : {l, m}) ++parted[i];
+    if (!opens) excess[e] = std::min(over, 0.0);
+  }
+  // A feature that parts from nearly all of its neighbours is a wrong track, not tissue beside a
+  // cut.
+  const auto solitary = [&](Index i) { return parted[i] >= 3 && parted[i] > kSolitary * seen[i]; };
   Eigen::VectorXd proportion = Eigen::VectorXd::Zero(edges);
   std::vector<PartingEdge> parting;
   for (Index e = 0; e < edges; ++e) {
-    if (jumps.magnitude_mm[e] < 0.0) {  // not seen: no evidence, neither way
-      evidence->streak[e] = 0;
-      continue;
-    }
     const auto [l, m] = t.edges[e];
-    const double excess = jumps.magnitude_mm[e] - kMargin * evidence->learned[e] * motion;
-    const Vec2 now = (current.row(m) - current.row(l)).transpose();
-    const bool opens = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
-    if (excess > least && opens)
-      ++evidence->streak[e];
-    else
-      evidence->streak[e] = 0;
-    if (evidence->streak[e] == 0) proportion[e] = jumps.magnitude_mm[e] / motion;
-    if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess});
+    const bool parts = excess[e] > least && !solitary(l) && !solitary(m);
+    evidence->streak[e] = parts ? evidence->streak[e] + 1 : 0;
+    if (jumps.magnitude_mm[e] >= 0.0 && excess[e] <= least)
+      proportion[e] = jumps.magnitude_mm[e] / motion;
+    if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess[e]});
   }
   evidence->recent.push_back(proportion);
   if (evidence->recent.size() > kMemory) {
