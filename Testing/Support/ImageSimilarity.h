@@ -8,13 +8,13 @@
 
 namespace kerf::testing {
 
-/// Mean structural similarity (Wang 2004) of the luminance of two BGR pictures of one size, windows of 8×8 pixels every
-/// 4 pixels: 1 for equal pictures, insensitive to a shade more or less, sensitive to edges that moved.
+/// Mean structural similarity (Wang 2004) of the luminance of two BGR pictures of one size, windows
+/// of 8×8 pixels every 4 pixels: 1 for equal pictures, insensitive to a shade more or less,
+/// sensitive to edges that moved.
 inline double StructuralSimilarity(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height || a.channels != b.channels) return 0.0;
   const auto luminance = [](const Image& image, int x, int y) {
-    const std::uint8_t* p =
-        image.data.data() + (std::size_t(y) * image.width + x) * image.channels;
+    const std::uint8_t* p = image.data.data() + (std::size_t(y) * image.width + x) * image.channels;
     return image.channels == 1 ? double(p[0]) : 0.114 * p[0] + 0.587 * p[1] + 0.299 * p[2];
   };
   constexpr int kWindow = 8, kStep = 4;

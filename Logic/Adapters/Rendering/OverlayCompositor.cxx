@@ -126,7 +126,7 @@ void OverlayCompositor::PaintSurfaces(const OverlayOptions& options, const Geome
         if (options.preset == OverlayPreset::SeeThrough && !window) alpha *= 0.15f;
         if (covered && !window) alpha *= std::exp(-below / kFade_mm);
         float shade = 0.55f + 0.45f * inside.facing[i] / 255.0f;
-        if (options.depth_cue) shade *= 1.0f - 0.45f * (inside.depth_mm[i] - nearest_mm_) / range;
+        if (options.depth_cue) shade *= 1.0f - 0.35f * (inside.depth_mm[i] - nearest_mm_) / range;
         Mix(out, inner == GeometryBuffers::Tumour ? kTumour : kInternal, shade, alpha);
       };
       if (inner && !covered) paint_organ(wash);

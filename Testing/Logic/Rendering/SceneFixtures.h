@@ -71,21 +71,19 @@ inline CameraModel PlainLens(int width, int height) {
   return lens;
 }
 
-/// Something like tissue: red with smooth blobs and grain from a fixed formula.
+/// Something like tissue: red with smooth blobs, from a fixed formula.
 inline std::shared_ptr<const Image> TissuePicture(int width, int height) {
   auto image = std::make_shared<Image>();
   image->width = width;
   image->height = height;
   image->channels = 3;
   image->data.resize(std::size_t(3) * width * height);
-  std::uint32_t state = 12345;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const double u = 960.0 * x / width, v = 960.0 * y / width;
-      state = state * 1664525u + 1013904223u;
       const double blob =
           std::sin(u / 47.0 + std::sin(v / 61.0)) * std::cos(v / 53.0 - std::sin(u / 71.0));
-      const double light = 0.75 + 0.2 * blob + 0.05 * ((state >> 24) / 255.0 - 0.5);
+      const double light = 0.75 + 0.2 * blob;
       std::uint8_t* out = image->data.data() + std::size_t(3) * (std::size_t(y) * width + x);
       out[0] = static_cast<std::uint8_t>(70 * light);
       out[1] = static_cast<std::uint8_t>(78 * light);
