@@ -14,8 +14,7 @@ namespace kerf {
 struct CommandContext {
   bool json = false;   ///< `--json`: `result` is printed on stdout at the end
   bool quiet = false;  ///< no progress, no warnings
-  std::string log_file;
-  int threads = 0;  ///< `--threads`; 0 = all cores
+  int threads = 0;     ///< `--threads`; 0 = all cores
   nlohmann::json result = nlohmann::json::object();
   std::unique_ptr<Progress> progress;  ///< never null while a command runs
   int exit_status = 0;                 ///< a command sets 4 for "done, but below what was required"
