@@ -1,0 +1,136 @@
+#include "Mechanics/BandCholesky.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+
+using simd::F8;
+
+void BandCholesky::SetProfile(Index unknowns, std::vector<Index> first_block) {
+  unknowns_ = unknowns;
+  first_ = std::move(first_block);
+  const Index blocks = static_cast<Index>(first_.size());
+  offset_.assign(blocks + 1, 0);
+  std::vector<std::vector<Index>> below(blocks);
+  for (Index i = 0; i < blocks; ++i) {
+    offset_[i + 1] = offset_[i] + i - first_[i] + 1;
+    for (Index j = first_[i]; j < i; ++j) below[j].push_back(i);
+  }
+  below_begin_.assign(1, 0);
+  below_.clear();
+  for (const auto& rows : below) {
+    below_.insert(below_.end(), rows.begin(), rows.end());
+    below_begin_.push_back(static_cast<Index>(below_.size()));
+  }
+  matrix_.resize(8 * static_cast<std::size_t>(offset_[blocks]));
+  SetZero();
+}
+
+void BandCholesky::SetZero() { std::fill(matrix_.begin(), matrix_.end(), F8{}); }
+
+void BandCholesky::Factor() {
+  const Index blocks = static_cast<Index>(first_.size());
+  constexpr float kLost = 1e-5f;  // of a unit diagonal: below this a pivot is rounding
+  scale_.assign(8 * static_cast<std::size_t>(blocks), 0.0f);
+  for (Index row = 0; row < unknowns_; ++row) {
+    const Index i = row / 8;
+    const float diagonal = matrix_[8 * offset_[i] + row - 8 * first_[i]][row % 8];
+    if (diagonal > 0.0f) scale_[row] = 1.0f / std::sqrt(diagonal);
+  }
+  factor_.resize(matrix_.size());
+  inverse_.assign(8 * static_cast<std::size_t>(blocks), F8{});
+  inverse_transposed_.assign(inverse_.size(), F8{});
+  for (Index i = 0; i < blocks; ++i) {
+    F8 row_scale;
+    for (int r = 0; r < 8; ++r) row_scale[r] = scale_[8 * i + r];
+    F8* row = factor_.data() + 8 * static_cast<std::size_t>(offset_[i]);  // column 0 = 8·first_[i]
+    for (Index j = first_[i]; j <= i; ++j) {
+      const F8* other = factor_.data() + 8 * static_cast<std::size_t>(offset_[j]);
+      F8 sum[8];
+      for (int c = 0; c < 8; ++c)
+        sum[c] = matrix_[8 * static_cast<std::size_t>(offset_[i] + j - first_[i]) + c] * row_scale *
+                 scale_[8 * j + c];
+      const Index from = 8 * std::max(first_[i], first_[j]), to = 8 * j;
+      const F8* a = row + (from - 8 * first_[i]);
+      const F8* b = other + (from - 8 * first_[j]);
+      for (Index k = from; k < to; ++k, ++a, ++b)
+        for (int c = 0; c < 8; ++c) sum[c] -= *a * (*b)[c];
+      F8* target = row + 8 * (j - first_[i]);
+      if (j < i) {
+        // X L_jjᵀ = S, by the inverse of the diagonal block: X = S L_jj⁻ᵀ.
+        for (int c = 0; c < 8; ++c) {
+          F8 x = F8{};
+          for (int k = 0; k <= c; ++k) x += sum[k] * inverse_[8 * j + k][c];
+          target[c] = x;
+        }
+        continue;
+      }
+      // Dense Cholesky of the diagonal block; lost pivots drop their unknown.
+      for (int c = 0; c < 8; ++c) {
+        for (int k = 0; k < c; ++k) sum[c] -= sum[k] * sum[k][c];
+        const float pivot = sum[c][c];
+        if (pivot > kLost) {
+          sum[c] /= std::sqrt(pivot);
+          for (int r = 0; r < c; ++r) sum[c][r] = 0.0f;
+        } else {
+          sum[c] = F8{};
+        }
+        target[c] = sum[c];
+      }
+      F8* inverse = inverse_.data() + 8 * i;
+      for (int c = 0; c < 8; ++c) {
+        if (target[c][c] == 0.0f) continue;
+        for (int r = c; r < 8; ++r) {
+          if (target[r][r] == 0.0f) continue;
+          float value = r == c ? 1.0f : 0.0f;
+          for (int k = c; k < r; ++k) value -= target[k][r] * inverse[c][k];
+          inverse[c][r] = value / target[r][r];
+        }
+      }
+      for (int c = 0; c < 8; ++c)
+        for (int r = 0; r < 8; ++r) inverse_transposed_[8 * i + r][c] = inverse[c][r];
+    }
+  }
+  transposed_.resize(8 * below_.size());
+  for (Index j = 0; j < blocks; ++j)
+    for (Index s = below_begin_[j]; s < below_begin_[j + 1]; ++s) {
+      const Index i = below_[s];
+      const F8* block = factor_.data() + 8 * static_cast<std::size_t>(offset_[i] + j - first_[i]);
+      for (int r = 0; r < 8; ++r)
+        for (int c = 0; c < 8; ++c) transposed_[8 * s + r][c] = block[c][r];
+    }
+}
+
+void BandCholesky::Solve(float* x) const {
+  const Index blocks = static_cast<Index>(first_.size());
+  auto load = [&](Index i) { return (F8)_mm256_loadu_ps(x + 8 * i); };
+  auto store = [&](Index i, F8 value) { _mm256_storeu_ps(x + 8 * i, (__m256)value); };
+  auto apply = [](const F8* columns, const float* values, F8 sum[4], int count) {
+    for (int k = 0; k < count; k += 4)
+      for (int u = 0; u < 4; ++u) sum[u] += columns[k + u] * values[k + u];
+  };
+  for (Index i = 0; i < 8 * blocks; ++i) x[i] *= scale_[i];
+  alignas(32) float rest[8];
+  for (Index i = 0; i < blocks; ++i) {
+    F8 sum[4] = {};
+    apply(factor_.data() + 8 * static_cast<std::size_t>(offset_[i]), x + 8 * first_[i], sum,
+          8 * (i - first_[i]));
+    _mm256_store_ps(rest, (__m256)(load(i) - ((sum[0] + sum[1]) + (sum[2] + sum[3]))));
+    F8 result[4] = {};
+    apply(inverse_.data() + 8 * i, rest, result, 8);
+    store(i, (result[0] + result[1]) + (result[2] + result[3]));
+  }
+  for (Index i = blocks; i-- > 0;) {
+    F8 sum[4] = {};
+    for (Index s = below_begin_[i]; s < below_begin_[i + 1]; ++s)
+      apply(transposed_.data() + 8 * static_cast<std::size_t>(s), x + 8 * below_[s], sum, 8);
+    _mm256_store_ps(rest, (__m256)(load(i) - ((sum[0] + sum[1]) + (sum[2] + sum[3]))));
+    F8 result[4] = {};
+    apply(inverse_transposed_.data() + 8 * i, rest, result, 8);
+    store(i, (result[0] + result[1]) + (result[2] + result[3]));
+  }
+  for (Index i = 0; i < 8 * blocks; ++i) x[i] *= scale_[i];
+}
+
+}  // namespace kerf

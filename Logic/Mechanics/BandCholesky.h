@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include "Core/Types.h"
+#include "Mechanics/Simd.h"
+
+namespace kerf {
+
+/// Cholesky factor of a symmetric positive semi-definite matrix with a banded profile, single
+/// precision, in 8×8 blocks. Rows are scaled to a unit diagonal first; a pivot that has lost all
+/// its digits drops its unknown (solution 0), so a singular matrix is no failure. For a few hundred
+/// to a few thousand unknowns, ordered so that the profile is small.
+class BandCholesky {
+ public:
+  /// All zero. @param first_block for each block row of 8 unknowns the first block column that is
+  /// not zero
+  void SetProfile(Index unknowns, std::vector<Index> first_block);
+  Index Unknowns() const { return unknowns_; }
+  /// A(row, column) += value, column ≤ row + 7 − row mod 8 (lower triangle; within a diagonal block
+  /// both halves).
+  void Add(Index row, Index column, float value) {
+    const Index block = row / 8;
+    matrix_[(8 * offset_[block] + column - 8 * first_[block])][row % 8] += value;
+  }
+  void SetZero();
+  void Factor();
+  /// x = A⁻¹ x, array of 8·⌈unknowns/8⌉ floats.
+  void Solve(float* x) const;
+
+ private:
+  Index unknowns_ = 0;
+  std::vector<Index> first_, offset_;  ///< per block row: first block column; its start, in blocks
+  std::vector<simd::F8> matrix_;       ///< [column][row in block], lower triangle by block rows
+  std::vector<simd::F8> factor_;       ///< L likewise
+  std::vector<simd::F8> inverse_;      ///< L_II⁻¹, [column][row in block]
+  std::vector<simd::F8>
+      transposed_;  ///< Lᵀ by block rows: blocks below the diagonal, [row][column in block]
+  std::vector<simd::F8> inverse_transposed_;
+  std::vector<Index> below_begin_, below_;  ///< block rows J > I with a block (J, I)
+  std::vector<float> scale_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,339 @@
+#include "Mechanics/ElementField.h"
+
+#include <numeric>
+
+namespace kerf {
+namespace {
+
+/// Tetrahedra per chunk: small enough for the first-level cache and for two threads to share the
+/// work of a small mesh, large enough that few vertices belong to several chunks.
+Index ChunkSize(Index tets) { return std::clamp<Index>(tets / 16 / 8 * 8, 128, 1024); }
+
+/// Halves the range along its longest side until it fits a chunk.
+void Bisect(const Points& centroids, Index* begin, Index* end, Index size,
+            std::vector<std::vector<Index>>* parts) {
+  const Index count = static_cast<Index>(end - begin);
+  if (count <= size) {
+    parts->emplace_back(begin, end);
+    return;
+  }
+  Vec3 low = centroids.row(*begin).transpose(), high = low;
+  for (const Index* t = begin; t < end; ++t) {
+    low = low.cwiseMin(centroids.row(*t).transpose());
+    high = high.cwiseMax(centroids.row(*t).transpose());
+  }
+  int axis = 0;
+  (high - low).maxCoeff(&axis);
+  // Whole chunks on the left, so that only the last chunk has a remainder.
+  const Index chunks = (count + size - 1) / size;
+  Index* middle = begin + (chunks / 2) * size;
+  std::nth_element(begin, middle, end, [&](Index a, Index b) {
+    return centroids(a, axis) != centroids(b, axis) ? centroids(a, axis) < centroids(b, axis)
+                                                    : a < b;
+  });
+  Bisect(centroids, begin, middle, size, parts);
+  Bisect(centroids, middle, end, size, parts);
+}
+
+}  // namespace
+
+void ElementField::Reset(const TetMesh& mesh, const Material& material) {
+  Points centroids(mesh.TetCount(), 3);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    centroids.row(t).setZero();
+    for (int a = 0; a < 4; ++a) centroids.row(t) += 0.25 * mesh.rest.row(mesh.tets(t, a));
+  }
+  std::vector<Index> order(mesh.TetCount());
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<std::vector<Index>> parts;
+  if (!order.empty())
+    Bisect(centroids, order.data(), order.data() + order.size(), ChunkSize(mesh.TetCount()),
+           &parts);
+
+  inner_of_outer_.assign(mesh.VertexCount(), -1);
+  outer_of_inner_.clear();
+  auto number = [&](Index outer) {
+    if (inner_of_outer_[outer] >= 0) return;
+    inner_of_outer_[outer] = static_cast<Index>(outer_of_inner_.size());
+    outer_of_inner_.push_back(outer);
+  };
+  for (auto& part : parts) {
+    std::sort(part.begin(), part.end());
+    for (Index t : part)
+      for (int a = 0; a < 4; ++a) number(mesh.tets(t, a));
+  }
+  for (Index v = 0; v < mesh.VertexCount(); ++v) number(v);
+
+  chunks_.assign(parts.size(), {});
+  std::vector<Index> scratch(VertexCount(), -1);
+  for (std::size_t c = 0; c < parts.size(); ++c) {
+    Chunk& chunk = chunks_[c];
+    chunk.tet = parts[c];
+    chunk.blocks.resize((chunk.tet.size() + 7) / 8);
+    chunk.states.resize(chunk.blocks.size());
+    for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
+      SetLane(MakeElement(mesh, material, chunk.tet[i]), static_cast<int>(i % 8),
+              &chunk.blocks[i / 8]);
+      SetLaneRotation(Mat3::Identity(), static_cast<int>(i % 8), &chunk.states[i / 8]);
+    }
+    NumberChunk(mesh, &scratch, &chunk);
+    MeasureChunk(&chunk);
+  }
+  LayOutSlots();
+  gradient_.assign(slot_.size(), {});
+}
+
+void ElementField::NumberChunk(const TetMesh& mesh, std::vector<Index>* number_of_inner,
+                               Chunk* chunk) const {
+  chunk->vertices.clear();
+  for (std::size_t i = 0; i < chunk->tet.size(); ++i)
+    for (int a = 0; a < 4; ++a) {
+      const Index inner = inner_of_outer_[mesh.tets(chunk->tet[i], a)];
+      Index& number = (*number_of_inner)[inner];
+      if (number < 0) {
+        number = static_cast<Index>(chunk->vertices.size());
+        chunk->vertices.push_back(inner);
+      }
+      chunk->blocks[i / 8].corner[a][i % 8] = static_cast<std::uint16_t>(number);
+    }
+  for (Index inner : chunk->vertices) (*number_of_inner)[inner] = -1;
+  // Padding lanes repeat the last tetrahedron without stiffness.
+  const std::size_t last = chunk->tet.size() - 1;
+  for (std::size_t i = last + 1; i < 8 * chunk->blocks.size(); ++i) {
+    ElementBlock& block = chunk->blocks[i / 8];
+    CopyLane(block, chunk->states[i / 8], static_cast<int>(last % 8), static_cast<int>(i % 8),
+             &block, &chunk->states[i / 8]);
+    block.two_mu[i % 8] = block.lambda[i % 8] = 0.0f;
+    for (auto& corner : block.corner) corner[i % 8] = corner[last % 8];
+  }
+}
+
+void ElementField::MeasureChunk(Chunk* chunk) {
+  std::vector<std::uint16_t>& part = chunk->part;
+  part.resize(chunk->vertices.size());
+  std::iota(part.begin(), part.end(), std::uint16_t{0});
+  chunk->volume_mm3.assign(chunk->vertices.size(), 0.0f);
+  auto root = [&](std::uint16_t v) {
+    while (part[v] != v) v = part[v] = part[part[v]];
+    return v;
+  };
+  for (std::size_t i = 0; i < chunk->tet.size(); ++i) {
+    const ElementBlock& block = chunk->blocks[i / 8];
+    const int lane = static_cast<int>(i % 8);
+    Mat3 B;
+    for (int k = 0; k < 9; ++k) B(k) = static_cast<double>(block.B[k][lane]);
+    const float quarter = static_cast<float>(1.0 / (24.0 * B.determinant()));
+    for (int a = 0; a < 4; ++a) {
+      chunk->volume_mm3[block.corner[a][lane]] += quarter;
+      const std::uint16_t p = root(block.corner[0][lane]), q = root(block.corner[a][lane]);
+      part[std::max(p, q)] = std::min(p, q);
+    }
+  }
+  for (std::size_t v = 0; v < part.size(); ++v) part[v] = root(static_cast<std::uint16_t>(v));
+}
+
+std::vector<double> ElementField::LumpedVolumes() const {
+  std::vector<double> volume(VertexCount(), 0.0);
+  for (const Chunk& chunk : chunks_)
+    for (std::size_t i = 0; i < chunk.vertices.size(); ++i)
+      volume[chunk.vertices[i]] += static_cast<double>(chunk.volume_mm3[i]);
+  return volume;
+}
+
+Index ElementField::Components(std::vector<Index>* component) const {
+  std::vector<Index> parent(VertexCount());
+  std::iota(parent.begin(), parent.end(), 0);
+  auto root = [&](Index v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Chunk& chunk : chunks_)
+    for (std::size_t i = 0; i < chunk.vertices.size(); ++i) {
+      const Index p = root(chunk.vertices[i]), q = root(chunk.vertices[chunk.part[i]]);
+      parent[std::max(p, q)] = std::min(p, q);
+    }
+  // Roots are the smallest of their component, so they come first.
+  Index count = 0;
+  component->resize(VertexCount());
+  for (Index v = 0; v < VertexCount(); ++v)
+    (*component)[v] = parent[v] == v ? count++ : (*component)[root(v)];
+  return count;
+}
+
+void ElementField::LayOutSlots() {
+  Index slots = 0;
+  slot_begin_.assign(VertexCount() + 1, 0);
+  for (Chunk& chunk : chunks_) {
+    chunk.slot_begin = slots;
+    slots += static_cast<Index>(chunk.vertices.size());
+    for (Index inner : chunk.vertices) ++slot_begin_[inner + 1];
+  }
+  std::partial_sum(slot_begin_.begin(), slot_begin_.end(), slot_begin_.begin());
+  slot_.resize(slots);
+  product_.assign(slots, {});
+  std::vector<Index> next(slot_begin_.begin(), slot_begin_.end() - 1);
+  Index slot = 0;
+  for (const Chunk& chunk : chunks_)
+    for (Index inner : chunk.vertices) slot_[next[inner]++] = slot++;
+}
+
+Index ElementField::LargestChunk() const {
+  std::size_t largest = 0;
+  for (const Chunk& chunk : chunks_) largest = std::max(largest, chunk.vertices.size());
+  return static_cast<Index>(largest);
+}
+
+ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& mesh,
+                                        const Material& material, const TopologyChange& change) {
+  Patch patch;
+  const Index old_count = VertexCount(), count = mesh.VertexCount();
+  // A vertex that is one old vertex keeps its inner number; of several copies the first one does.
+  std::vector<Index> inner_of_outer(count, -1);
+  patch.inner_of_old.assign(old_count, -1);
+  for (Index v = 0; v < count; ++v)
+    for (int k = 0; k < 4; ++k) {
+      if (change.vertex_weights(v, k) != 1.0) continue;
+      const Index inner = inner_of_outer_[change.vertex_parents[v][k]];
+      if (patch.inner_of_old[inner] >= 0) break;
+      patch.inner_of_old[inner] = inner;
+      inner_of_outer[v] = inner;
+      break;
+    }
+  Index next_hole = 0, used = old_count;
+  for (Index v = 0; v < count; ++v) {
+    if (inner_of_outer[v] >= 0) continue;
+    while (next_hole < old_count && patch.inner_of_old[next_hole] >= 0) ++next_hole;
+    inner_of_outer[v] = next_hole < old_count ? next_hole++ : used++;
+    patch.new_vertices.push_back(inner_of_outer[v]);
+  }
+  inner_of_outer_ = std::move(inner_of_outer);
+  outer_of_inner_.assign(used, -1);
+  for (Index v = 0; v < count; ++v) outer_of_inner_[inner_of_outer_[v]] = v;
+
+  // New tetrahedra join the chunk of their parent.
+  std::vector<std::pair<Index, Index>> place_of_old(change.kept_tet.size());
+  for (Index c = 0; c < static_cast<Index>(chunks_.size()); ++c)
+    for (std::size_t i = 0; i < chunks_[c].tet.size(); ++i)
+      place_of_old[chunks_[c].tet[i]] = {c, static_cast<Index>(i)};
+  std::vector<char> is_kept(mesh.TetCount(), 0);
+  for (Index kept : change.kept_tet)
+    if (kept >= 0) is_kept[kept] = 1;
+  std::vector<std::vector<Index>> added(chunks_.size());
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    if (!is_kept[t]) added[place_of_old[change.parent_tet[t]].first].push_back(t);
+
+  std::vector<std::vector<Index>> touched(chunks_.size());
+  std::vector<char> rebuilt(chunks_.size(), 0);
+  std::vector<std::vector<simd::F4>> old_gradient(chunks_.size());
+  workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
+    Chunk& chunk = chunks_[c];
+    std::vector<Index>& mine = touched[c];
+    const auto slots = gradient_.begin() + chunk.slot_begin;
+    old_gradient[c].assign(slots, slots + chunk.vertices.size());
+    std::vector<std::pair<Index, Index>> kept;  // lane, tetrahedron
+    kept.reserve(chunk.tet.size());
+    for (Index i = 0; i < static_cast<Index>(chunk.tet.size()); ++i) {
+      const Index t = change.kept_tet[chunk.tet[i]];
+      bool same = t >= 0;
+      if (t >= 0) {
+        kept.emplace_back(i, t);
+        for (int a = 0; a < 4; ++a)
+          same &= inner_of_outer_[mesh.tets(t, a)] ==
+                  chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
+        if (!same)
+          for (int a = 0; a < 4; ++a) mine.push_back(inner_of_outer_[mesh.tets(t, a)]);
+      }
+      // Surviving corners of what is gone or has new corners see their surroundings change, too.
+      if (!same)
+        for (int a = 0; a < 4; ++a) {
+          const Index inner = chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
+          if (patch.inner_of_old[inner] >= 0) mine.push_back(inner);
+        }
+    }
+    for (Index t : added[c])
+      for (int a = 0; a < 4; ++a) mine.push_back(inner_of_outer_[mesh.tets(t, a)]);
+    rebuilt[c] = !mine.empty() || kept.size() != chunk.tet.size();
+    if (!rebuilt[c]) {
+      for (const auto& [lane, t] : kept) chunk.tet[lane] = t;
+      return;
+    }
+    Chunk fresh;
+    const std::size_t size = kept.size() + added[c].size();
+    fresh.tet.reserve(size);
+    fresh.blocks.resize((size + 7) / 8);
+    fresh.states.resize(fresh.blocks.size());
+    for (const auto& [lane, t] : kept) {
+      const std::size_t i = fresh.tet.size();
+      CopyLane(chunk.blocks[lane / 8], chunk.states[lane / 8], lane % 8, static_cast<int>(i % 8),
+               &fresh.blocks[i / 8], &fresh.states[i / 8]);
+      fresh.tet.push_back(t);
+    }
+    for (Index t : added[c]) {
+      const std::size_t i = fresh.tet.size();
+      const Index lane = place_of_old[change.parent_tet[t]].second;
+      SetLane(MakeElement(mesh, material, t), static_cast<int>(i % 8), &fresh.blocks[i / 8]);
+      SetLaneRotation(LaneRotation(chunk.states[lane / 8], lane % 8), static_cast<int>(i % 8),
+                      &fresh.states[i / 8]);
+      fresh.tet.push_back(t);
+    }
+    if (size > 0) {
+      std::vector<Index> scratch(VertexCount(), -1);
+      NumberChunk(mesh, &scratch, &fresh);
+      MeasureChunk(&fresh);
+    }
+    chunk = std::move(fresh);
+  });
+  LayOutSlots();
+  gradient_.assign(slot_.size(), {});
+  for (std::size_t c = 0; c < chunks_.size(); ++c) {
+    if (rebuilt[c])
+      patch.chunks.push_back(static_cast<Index>(c));
+    else
+      std::copy(old_gradient[c].begin(), old_gradient[c].end(),
+                gradient_.begin() + chunks_[c].slot_begin);
+    patch.touched.insert(patch.touched.end(), touched[c].begin(), touched[c].end());
+  }
+  std::sort(patch.touched.begin(), patch.touched.end());
+  patch.touched.erase(std::unique(patch.touched.begin(), patch.touched.end()), patch.touched.end());
+  return patch;
+}
+
+double ElementField::Linearize(const Workers& workers, const simd::F4* x, bool only_stale) {
+  workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
+    Chunk& chunk = chunks_[c];
+    if (only_stale && !chunk.stale) return;
+    thread_local std::vector<simd::F4> local;
+    local.resize(chunk.vertices.size());
+    for (std::size_t i = 0; i < local.size(); ++i) local[i] = x[chunk.vertices[i]];
+    simd::F4* gradient = gradient_.data() + chunk.slot_begin;
+    std::fill(gradient, gradient + chunk.vertices.size(), simd::F4{});
+    chunk.energy_nJ =
+        kerf::Linearize(chunk.blocks.data(), chunk.states.data(),
+                        static_cast<int>(chunk.blocks.size()), local.data(), gradient);
+    chunk.stale = false;
+  });
+  double energy = 0.0;
+  for (const Chunk& chunk : chunks_) energy += chunk.energy_nJ;
+  return energy;
+}
+
+double ElementField::MultiplyChunk(Index c, const simd::F4* p) {
+  const Chunk& chunk = chunks_[c];
+  thread_local std::vector<simd::F4> local;
+  local.resize(chunk.vertices.size());
+  for (std::size_t i = 0; i < local.size(); ++i) local[i] = p[chunk.vertices[i]];
+  simd::F4* product = product_.data() + chunk.slot_begin;
+  std::fill(product, product + chunk.vertices.size(), simd::F4{});
+  return AddProduct(chunk.blocks.data(), chunk.states.data(), static_cast<int>(chunk.blocks.size()),
+                    local.data(), product);
+}
+
+void ElementField::ResetRotations() {
+  for (Chunk& chunk : chunks_)
+    for (ElementState& state : chunk.states) {
+      state.q[0] = simd::Splat(1.0f);
+      state.q[1] = state.q[2] = state.q[3] = simd::F8{};
+    }
+}
+
+}  // namespace kerf

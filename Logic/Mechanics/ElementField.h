@@ -1,0 +1,89 @@
+#pragma once
+
+#include <vector>
+
+#include "Mechanics/ElementKernels.h"
+#include "Mechanics/Parallel.h"
+
+namespace kerf {
+
+/// The tetrahedra of a mesh for the fast solver: chunks of neighboring tetrahedra in blocks of
+/// eight, each chunk with a numbering of its own vertices. A chunk writes its results to slots of
+/// its own; a vertex sums its slots in a fixed order. So threads never write to the same place and
+/// the sums don't depend on their number.
+///
+/// Vertices have an inner number (neighbors near in memory) beside that of the mesh. A cut keeps
+/// inner numbers, chunks and linearizations of what it doesn't touch.
+class ElementField {
+ public:
+  struct Chunk {
+    std::vector<ElementBlock> blocks;
+    std::vector<ElementState> states;
+    std::vector<Index> tet;         ///< of each lane that is in use, in mesh numbering
+    std::vector<Index> vertices;    ///< inner number of each chunk vertex
+    std::vector<float> volume_mm3;  ///< of each chunk vertex: a quarter of its tetrahedra
+    std::vector<std::uint16_t>
+        part;  ///< of each chunk vertex: a chunk vertex that it is connected with, one per part
+    Index slot_begin = 0;
+    double energy_nJ = 0.0;  ///< at the last linearization
+    bool stale = true;       ///< not linearized since it was built
+  };
+
+  /// What Apply changed, in inner numbers.
+  struct Patch {
+    std::vector<Index>
+        inner_of_old;  ///< inner number of each old inner vertex that is still in use, else −1
+    std::vector<Index>
+        new_vertices;            ///< inner vertices that are new (or have another rest position)
+    std::vector<Index> touched;  ///< inner vertices of all changed tetrahedra, sorted
+    std::vector<Index> chunks;   ///< rebuilt chunks
+  };
+
+  void Reset(const TetMesh& mesh, const Material& material);
+  Patch Apply(const Workers& workers, const TetMesh& mesh, const Material& material,
+              const TopologyChange& change);
+
+  /// Inner vertices, holes left by cuts included.
+  Index VertexCount() const { return static_cast<Index>(outer_of_inner_.size()); }
+  Index Inner(Index mesh_vertex) const { return inner_of_outer_[mesh_vertex]; }
+  const std::vector<Index>& InnerOfMesh() const { return inner_of_outer_; }
+  /// −1 for holes.
+  Index Outer(Index inner) const { return outer_of_inner_[inner]; }
+  const std::vector<Chunk>& Chunks() const { return chunks_; }
+  Index LargestChunk() const;
+
+  /// Linearizes all chunks at x, or only those that a cut rebuilt; the gradient stays in its slots.
+  /// @return W_I, nJ
+  double Linearize(const Workers& workers, const simd::F4* x, bool only_stale);
+  /// H p of one chunk into the product slots. @return pᵀ H p of the chunk
+  double MultiplyChunk(Index chunk, const simd::F4* p);
+  __m128 GradientAt(Index inner) const { return SumSlots(gradient_, inner); }
+  __m128 ProductAt(Index inner) const { return SumSlots(product_, inner); }
+
+  /// Lumped volume of each inner vertex, mm³.
+  std::vector<double> LumpedVolumes() const;
+  /// Connected component of each inner vertex, numbered from 0; holes have one each. @return their
+  /// count
+  Index Components(std::vector<Index>* component) const;
+
+  /// Rotations of all tetrahedra set to one (a new pose without history).
+  void ResetRotations();
+
+ private:
+  __m128 SumSlots(const std::vector<simd::F4>& slots, Index inner) const {
+    __m128 sum = _mm_setzero_ps();
+    for (Index i = slot_begin_[inner]; i < slot_begin_[inner + 1]; ++i)
+      sum = _mm_add_ps(sum, simd::Load(slots[slot_[i]]));
+    return sum;
+  }
+  void NumberChunk(const TetMesh& mesh, std::vector<Index>* number_of_inner, Chunk* chunk) const;
+  static void MeasureChunk(Chunk* chunk);
+  void LayOutSlots();
+
+  std::vector<Chunk> chunks_;
+  std::vector<Index> inner_of_outer_, outer_of_inner_;
+  std::vector<Index> slot_begin_, slot_;  ///< slots of each inner vertex
+  std::vector<simd::F4> gradient_, product_;
+};
+
+}  // namespace kerf

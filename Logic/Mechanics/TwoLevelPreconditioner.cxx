@@ -1,0 +1,108 @@
+#include "Mechanics/TwoLevelPreconditioner.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace kerf {
+namespace {
+/// Loads may differ from the factored ones by this fraction of their sum: a preconditioner need not
+/// be exact.
+constexpr double kLoadChange = 0.15;
+}  // namespace
+
+void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec3>& rest,
+                                   const ElementField& field) {
+  coarse_.Reset(rest, field);
+  diagonal_.assign(field.Chunks().size(), {});
+  std::vector<Index> all(field.Chunks().size());
+  std::iota(all.begin(), all.end(), 0);
+  Refresh(workers, field, all);
+}
+
+void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec3>& rest,
+                                   const ElementField& field, const ElementField::Patch& patch) {
+  Refresh(workers, field, coarse_.Apply(rest, field, patch));
+}
+
+void TwoLevelPreconditioner::Refresh(const Workers& workers, const ElementField& field,
+                                     const std::vector<Index>& chunks) {
+  stale_ = true;
+  coarse_.Assemble(workers, field, chunks);
+  workers.ForChunks(static_cast<Index>(chunks.size()), 1, [&](Index which, Index) {
+    const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
+    std::vector<Diagonal>& diagonal = diagonal_[chunks[which]];
+    diagonal.assign(chunk.vertices.size(), Diagonal{});
+    for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
+      const ElementBlock& block = chunk.blocks[i / 8];
+      const int lane = static_cast<int>(i % 8);
+      const Mat3 R = LaneRotation(chunk.states[i / 8], lane);
+      const double mu = 0.5 * static_cast<double>(block.two_mu[lane]);
+      const double lambda = static_cast<double>(block.lambda[lane]);
+      Vec3 origin = Vec3::Zero();
+      for (int a = 3; a >= 0; --a) {
+        Vec3 h = origin;
+        if (a > 0) {
+          h = R *
+              Vec3(block.B[3 * a - 3][lane], block.B[3 * a - 2][lane], block.B[3 * a - 1][lane]);
+          origin -= h;
+        }
+        Diagonal& d = diagonal[block.corner[a][lane]];
+        const double own = mu * h.squaredNorm();
+        for (int r = 0; r < 3; ++r) d[r] += static_cast<float>((lambda + mu) * h[r] * h[r] + own);
+        d[3] += static_cast<float>((lambda + mu) * h.y() * h.z());
+        d[4] += static_cast<float>((lambda + mu) * h.x() * h.z());
+        d[5] += static_cast<float>((lambda + mu) * h.x() * h.y());
+      }
+    }
+  });
+}
+
+void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& field,
+                                    const FeatureLoads& loads, const std::vector<float>& anchor) {
+  bool same = !stale_ && factored_stiffness_.size() == loads.Loads().size() &&
+              factored_anchor_.size() == anchor.size();
+  if (same) {
+    double change = 0.0, sum = 0.0;
+    for (std::size_t l = 0; l < factored_stiffness_.size(); ++l) {
+      change += std::abs(factored_stiffness_[l] - loads.Loads()[l].stiffness);
+      sum += factored_stiffness_[l];
+    }
+    for (std::size_t v = 0; v < anchor.size(); ++v) {
+      change += std::abs(factored_anchor_[v] - anchor[v]);
+      sum += factored_anchor_[v];
+    }
+    same = change <= kLoadChange * sum;
+  }
+  if (same) return;
+  stale_ = false;
+  factored_anchor_ = anchor;
+  factored_stiffness_.resize(loads.Loads().size());
+  for (std::size_t l = 0; l < factored_stiffness_.size(); ++l)
+    factored_stiffness_[l] = loads.Loads()[l].stiffness;
+
+  std::vector<Diagonal> sum(field.VertexCount(), Diagonal{});
+  for (std::size_t c = 0; c < diagonal_.size(); ++c)
+    for (std::size_t i = 0; i < diagonal_[c].size(); ++i)
+      for (int k = 0; k < 6; ++k) sum[field.Chunks()[c].vertices[i]][k] += diagonal_[c][i][k];
+  loads.ForVertices(0, field.VertexCount(), [&](Index v, Index l, float w) {
+    for (int k = 0; k < 6; ++k) sum[v][k] += w * w * loads.Loads()[l].matrix[k];
+  });
+  inverse_.assign(field.VertexCount(), Inverse{});
+  workers.ForChunks(field.VertexCount(), 1024, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      const Diagonal& d = sum[v];
+      Mat3 block;
+      block << d[0], d[5], d[4], d[5], d[1], d[3], d[4], d[3], d[2];
+      block.diagonal().array() += anchor[v];
+      const Mat3 inverse = block.inverse();
+      if (!inverse.allFinite() || !(inverse.diagonal().minCoeff() > 0.0)) continue;
+      const Eigen::Matrix3f f = inverse.cast<float>();
+      inverse_[v] = {{f(0, 0), f(1, 0), f(2, 0), 0},
+                     {f(0, 1), f(1, 1), f(2, 1), 0},
+                     {f(0, 2), f(1, 2), f(2, 2), 0}};
+    }
+  });
+  coarse_.Factor(loads, anchor);
+}
+
+}  // namespace kerf

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "Mechanics/CoarseSpace.h"
+
+namespace kerf {
+
+/// M⁻¹ = D⁻¹ + P (PᵀKP)⁻¹ Pᵀ: the inverted 3×3 blocks of the diagonal and a coarse level. K is the
+/// warped stiffness at the rotations of the last refresh plus loads and anchors; it may lag behind
+/// the Hessian, which costs iterations, not accuracy.
+class TwoLevelPreconditioner {
+ public:
+  void Reset(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field);
+  void Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
+             const ElementField::Patch& patch);
+  /// The parts of these chunks anew, at their current rotations.
+  void Refresh(const Workers& workers, const ElementField& field, const std::vector<Index>& chunks);
+  /// Loads or anchors may have changed: factors again if they differ enough from those factored (or
+  /// after a refresh).
+  void Update(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
+              const std::vector<float>& anchor);
+
+  /// D⁻¹ r at a vertex.
+  __m128 Smooth(Index inner, __m128 r) const {
+    const Inverse& inverse = inverse_[inner];
+    const __m128 x = _mm_shuffle_ps(r, r, 0x00), y = _mm_shuffle_ps(r, r, 0x55),
+                 z = _mm_shuffle_ps(r, r, 0xAA);
+    return _mm_add_ps(
+        _mm_mul_ps(simd::Load(inverse.x), x),
+        _mm_add_ps(_mm_mul_ps(simd::Load(inverse.y), y), _mm_mul_ps(simd::Load(inverse.z), z)));
+  }
+  Index FunctionCount() const { return coarse_.FunctionCount(); }
+  /// sums += Pᵀ r of one vertex
+  void Restrict(Index inner, __m128 r, simd::F4* sums) const {
+    const CoarseSpace::Row& row = coarse_.At(inner);
+    for (int k = 0; k < 4; ++k) {
+      simd::F4* sum = sums + row.function[k];
+      simd::Store(sum, _mm_add_ps(simd::Load(*sum), _mm_mul_ps(_mm_set1_ps(row.weight[k]), r)));
+    }
+  }
+  void SolveCoarse(simd::F4* sums) const { coarse_.Solve(sums); }
+  /// P c at one vertex
+  __m128 Prolong(Index inner, const simd::F4* c) const {
+    const CoarseSpace::Row& row = coarse_.At(inner);
+    __m128 sum = _mm_mul_ps(_mm_set1_ps(row.weight[0]), simd::Load(c[row.function[0]]));
+    for (int k = 1; k < 4; ++k)
+      sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(row.weight[k]), simd::Load(c[row.function[k]])));
+    return sum;
+  }
+
+ private:
+  struct Inverse {
+    simd::F4 x, y, z;  ///< columns
+  };
+  using Diagonal = std::array<float, 6>;  ///< xx yy zz yz xz xy
+  CoarseSpace coarse_;
+  std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
+  std::vector<Inverse> inverse_;
+  std::vector<double> factored_stiffness_;  ///< of each load
+  std::vector<float> factored_anchor_;
+  bool stale_ = true;
+};
+
+}  // namespace kerf
