@@ -119,6 +119,18 @@ double CrossingToSplit(const SurfaceIndex& surface, const CutPatch& patch, int a
   return best;
 }
 
+void MarkVerticesOnS(const SurfaceIndex& surface, CutPatch* patch) {
+  for (auto& vertex : patch->vertices)
+    vertex.on = surface.Closest(vertex.rest, kOnS * vertex.size_mm).triangle >= 0;
+}
+
+std::vector<std::array<int, 2>> EdgesCrossed(const SurfaceIndex& surface, const CutPatch& patch) {
+  std::vector<std::array<int, 2>> crossed;
+  for (const auto& e : EdgesNear(patch, NearOf(surface, patch)))
+    if (CrossingToSplit(surface, patch, e[0], e[1]) >= 0) crossed.push_back(e);
+  return crossed;
+}
+
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
                    const CutPatch& before, CutPatch* patch) {
   const auto near = NearOf(surface, *patch);

@@ -31,6 +31,12 @@ Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch);
 void ImprovePatch(const SurfaceIndex& surface, const RemeshingOptions& options,
                   const CutPatch& before, CutPatch* patch);
 
+/// Marks vertices that lie on S already.
+void MarkVerticesOnS(const SurfaceIndex& surface, CutPatch* patch);
+
+/// Edges that S crosses away from vertices marked as on S, ascending.
+std::vector<std::array<int, 2>> EdgesCrossed(const SurfaceIndex& surface, const CutPatch& patch);
+
 /// Parameter where S crosses the edge a–b and has to split it, or −1.
 double CrossingToSplit(const SurfaceIndex& surface, const CutPatch& patch, int a, int b);
 

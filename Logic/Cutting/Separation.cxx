@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "Cutting/CutRemeshing.h"
+
 namespace kerf {
 namespace {
 
@@ -222,8 +224,16 @@ std::vector<char> Chips(const Opening& opening) {
 
 }  // namespace
 
-bool HasFacesToOpen(const SurfaceIndex& surface, const CutPatch& patch) {
-  return !FacesOnS(surface, patch).empty();
+std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
+  MarkVerticesOnS(surface, &near);
+  std::vector<char> work(near.tets.size(), 0);
+  for (const auto& face : FacesOnS(surface, near)) work[face.tet[0]] = work[face.tet[1]] = 1;
+  for (const auto& [a, b] : EdgesCrossed(surface, near))
+    for (int t : near.Around(a, b)) work[t] = 1;
+  std::vector<Index> tets;
+  for (std::size_t t = 0; t < work.size(); ++t)
+    if (work[t]) tets.push_back(near.old_tet[t]);
+  return tets;
 }
 
 SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {

@@ -17,8 +17,9 @@ struct SeparationReport {
 /// tetrahedra, stay closed.
 SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch);
 
-/// Faces of the patch with all corners on S and tissue on both sides, not yet open: is there
-/// anything to open?
-bool HasFacesToOpen(const SurfaceIndex& surface, const CutPatch& patch);
+/// Tetrahedra (in the numbers of the whole mesh, ascending) with an edge that S crosses or a face
+/// on S that is not open: where there is something to cut. @param near a patch of the tetrahedra
+/// near S
+std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near);
 
 }  // namespace kerf

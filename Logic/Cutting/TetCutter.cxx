@@ -14,6 +14,7 @@ namespace kerf {
 namespace {
 
 constexpr double kDeformedAngle_deg = 0.6;
+constexpr int kRings = 2;  // around the tetrahedra that S crosses: room for snapping and smoothing
 
 double AngleOf(double cosine) {
   return cosine > 1 ? 0 : std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI;
@@ -24,35 +25,39 @@ struct Chosen {
   std::vector<char> inner;  // vertices whose tetrahedra are all chosen
 };
 
-/// Tetrahedra near S and two rings around them.
-Chosen ChooseTets(const TetMesh& mesh, const CutSurface& surface, const SurfaceIndex& index) {
-  const Vec3 low = surface.points.colwise().minCoeff().transpose();
-  const Vec3 high = surface.points.colwise().maxCoeff().transpose();
-  std::vector<char> core(mesh.VertexCount(), 0);
-  bool any = false;
+/// Tetrahedra whose box meets S.
+std::vector<Index> TetsNear(const TetMesh& mesh, const CutSurface& surface,
+                            const SurfaceIndex& index) {
+  const Eigen::RowVector3d low = surface.points.colwise().minCoeff();
+  const Eigen::RowVector3d high = surface.points.colwise().maxCoeff();
+  std::vector<Index> near;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
-    Vec3 tet_low = mesh.rest.row(mesh.tets(t, 0)).transpose(), tet_high = tet_low;
+    const auto v = mesh.tets.row(t);
+    Eigen::RowVector3d tet_low = mesh.rest.row(v[0]), tet_high = tet_low;
     for (int k = 1; k < 4; ++k) {
-      tet_low = tet_low.cwiseMin(mesh.rest.row(mesh.tets(t, k)).transpose());
-      tet_high = tet_high.cwiseMax(mesh.rest.row(mesh.tets(t, k)).transpose());
+      tet_low = tet_low.cwiseMin(mesh.rest.row(v[k]));
+      tet_high = tet_high.cwiseMax(mesh.rest.row(v[k]));
     }
     if ((tet_low.array() > high.array()).any() || (tet_high.array() < low.array()).any()) continue;
-    if (!index.MeetsBox(tet_low, tet_high)) continue;
-    for (int k = 0; k < 4; ++k) core[mesh.tets(t, k)] = 1;
-    any = true;
+    if (index.MeetsBox(tet_low.transpose(), tet_high.transpose())) near.push_back(t);
   }
+  return near;
+}
+
+/// `core` tetrahedra and `rings` rings around them.
+Chosen WithRings(const TetMesh& mesh, const std::vector<Index>& core, int rings) {
   Chosen chosen;
-  if (!any) return chosen;
-  chosen.inner = core;
-  auto touches = [&](Index t, const std::vector<char>& mark) {
-    return mark[mesh.tets(t, 0)] || mark[mesh.tets(t, 1)] || mark[mesh.tets(t, 2)] ||
-           mark[mesh.tets(t, 3)];
-  };
-  for (Index t = 0; t < mesh.TetCount(); ++t)
-    if (touches(t, core))
+  chosen.tets = core;
+  for (int ring = 0; ring < rings; ++ring) {
+    chosen.inner.assign(mesh.VertexCount(), 0);
+    for (Index t : chosen.tets)
       for (int k = 0; k < 4; ++k) chosen.inner[mesh.tets(t, k)] = 1;
-  for (Index t = 0; t < mesh.TetCount(); ++t)
-    if (touches(t, chosen.inner)) chosen.tets.push_back(t);
+    chosen.tets.clear();
+    for (Index t = 0; t < mesh.TetCount(); ++t)
+      if (chosen.inner[mesh.tets(t, 0)] | chosen.inner[mesh.tets(t, 1)] |
+          chosen.inner[mesh.tets(t, 2)] | chosen.inner[mesh.tets(t, 3)])
+        chosen.tets.push_back(t);
+  }
   return chosen;
 }
 
@@ -121,7 +126,8 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const Attem
     const auto& holder = before.tets[before.Locate(vertex.rest, sources, &weights)].v;
     change.mesh.rest.row(number[v]) = vertex.rest.transpose();
     for (int k = 0; k < 4; ++k)
-      if (weights[k] > 1 - 1e-12) weights = Vec4::Unit(k);  // a copy of an old vertex
+      if ((weights - Vec4::Unit(k)).cwiseAbs().maxCoeff() < 1e-12)
+        weights = Vec4::Unit(k);  // a copy of an old vertex
     change.vertex_weights.row(number[v]) = weights.transpose();
     for (int k = 0; k < 4; ++k)
       change.vertex_parents[number[v]][k] = before.vertices[holder[k]].old_vertex;
@@ -212,8 +218,12 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   };
   const SurfaceIndex index(surface);
   if (index.Empty()) return refuse("the separation surface is empty");
-  const Chosen chosen = ChooseTets(mesh, surface, index);
-  if (chosen.tets.empty()) return refuse("the separation surface does not meet the organ");
+  const std::vector<Index> near = TetsNear(mesh, surface, index);
+  if (near.empty()) return refuse("the separation surface does not meet the organ");
+  const std::vector<char> all_inner(mesh.VertexCount(), 1);
+  const std::vector<Index> work = TetsToWorkOn(index, CutPatch(mesh, nullptr, near, all_inner));
+  if (work.empty()) return refuse("the separation surface separates nothing new");
+  const Chosen chosen = WithRings(mesh, work, kRings);
   const CutPatch before(mesh, positions, chosen.tets, chosen.inner);
 
   double before_deg = 180, before_current_deg = 180;
@@ -222,7 +232,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     before_current_deg =
         std::min(before_current_deg, AngleOf(before.WorstCosineCurrent(static_cast<int>(t))));
   }
-  const double required_deg = std::min(options_.min_dihedral_deg, 0.375 * before_deg);
+  const double required_deg = std::min(options_.min_dihedral_deg, before_deg);
   const double required_current_deg = std::min(kDeformedAngle_deg, 0.5 * before_current_deg);
 
   std::optional<Attempt> best;

@@ -1,0 +1,36 @@
+// Random cut sequences: kerf-cut-fuzz [first seed] [count]. Prints each sequence that breaks a
+// guarantee; status 1 if any.
+#include <cstdio>
+#include <cstdlib>
+
+#include "Fuzz/CutSequences.h"
+
+int main(int argc, char** argv) {
+  const unsigned first = argc > 1 ? unsigned(std::atoi(argv[1])) : 0;
+  const unsigned count = argc > 2 ? unsigned(std::atoi(argv[2])) : 2000;
+  int increments = 0, done = 0, refused = 0, missed = 0, broken = 0;
+  double angle = 180, deformed = 180;
+  for (unsigned seed = first; seed < first + count; ++seed) {
+    const auto sequence = kerf::testing::MakeCutSequence(seed);
+    const auto result = kerf::testing::RunCutSequence(sequence);
+    increments += result.increments;
+    done += result.done;
+    refused += result.refused;
+    missed += result.missed_separations;
+    angle = std::min(angle, result.smallest_dihedral_deg);
+    deformed = std::min(deformed, result.smallest_deformed_deg);
+    if (!result.failure.empty()) {
+      ++broken;
+      std::printf("seed %u (%s): %s\n", seed, sequence.name.c_str(), result.failure.c_str());
+    } else if (result.refused > 0 || result.missed_separations > 0) {
+      std::printf("seed %u (%s): %d refused, %d not separated, worst %.2f deg\n", seed,
+                  sequence.name.c_str(), result.refused, result.missed_separations,
+                  result.smallest_dihedral_deg);
+    }
+  }
+  std::printf(
+      "%u sequences, %d increments: %d cut, %d refused, %d not separated, %d broken; "
+      "smallest angle %.2f, deformed %.2f deg\n",
+      count, increments, done, refused, missed, broken, angle, deformed);
+  return broken > 0;
+}

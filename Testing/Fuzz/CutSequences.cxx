@@ -1,0 +1,280 @@
+#include "Fuzz/CutSequences.h"
+
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "Cutting/ExtrudePolyline.h"
+#include "Cutting/TetCutter.h"
+#include "Support/TestMeshes.h"
+
+namespace kerf::testing {
+namespace {
+
+/// The same numbers on every platform.
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed * 2654435761u + 17u) {}
+  double Uniform(double low, double high) {
+    return low + (high - low) * double(engine_() >> 5) / double(1u << 27);
+  }
+  int Int(int count) { return static_cast<int>(engine_() % unsigned(count)); }
+  Vec3 Direction() {
+    while (true) {
+      const Vec3 d(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1));
+      if (d.norm() > 0.2 && d.norm() < 1) return d.normalized();
+    }
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+TetMesh ZooMesh(Random& random, std::string* name) {
+  TetMesh mesh;
+  switch (random.Int(6)) {
+    case 0:
+      *name = "sphere";
+      mesh = SphereMesh(30, 3 + random.Int(3));
+      break;
+    case 1:
+      *name = "ellipsoid";
+      mesh = EllipsoidMesh({45, 30, 20}, 3 + random.Int(3));
+      break;
+    case 2:
+      *name = "band";
+      mesh = BandMesh(400 + random.Int(2000));
+      break;
+    case 3:
+      *name = "box";
+      mesh = BoxMesh({40, 40, 40}, 3 + random.Int(4), 3 + random.Int(4), 3 + random.Int(4));
+      break;
+    case 4:
+      *name = "irregular sphere";
+      mesh = Jitter(SphereMesh(30, 3 + random.Int(3)), 0.8, 8, 1 + random.Int(1000));
+      break;
+    default:
+      *name = "irregular box";
+      mesh = Jitter(BoxMesh({50, 40, 30}, 6, 5, 4), 0.8, 8, 1 + random.Int(1000));
+  }
+  PaintSphere({5, 3, 2}, 10, Label::Tumour, &mesh);
+  return mesh;
+}
+
+CutSurface Together(const CutSurface& a, const CutSurface& b) {
+  CutSurface both;
+  both.points.resize(a.points.rows() + b.points.rows(), 3);
+  both.points << a.points, b.points;
+  both.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
+  both.triangles.topRows(a.triangles.rows()) = a.triangles;
+  both.triangles.bottomRows(b.triangles.rows()) =
+      b.triangles.array() + static_cast<Index>(a.points.rows());
+  return both;
+}
+
+/// One cut as it grows. `complete`: it passes through the whole organ at its end.
+std::vector<CutSurface> GrowingCut(Random& random, const TetMesh& mesh, std::string* name,
+                                   bool* complete) {
+  const Vec3 low = mesh.rest.colwise().minCoeff().transpose();
+  const Vec3 high = mesh.rest.colwise().maxCoeff().transpose();
+  const double size = (high - low).norm();
+  const int kind = random.Int(8), steps = 1 + random.Int(6);
+  const double cell = random.Uniform(0.03, 0.12) * size;
+  *complete = false;
+  Vec3 normal = random.Direction();
+  if (random.Int(3) == 0) normal = Vec3::Unit(random.Int(3));  // along the grid of boxes
+  Vec3 through = low + (high - low)
+                           .cwiseProduct(Vec3(random.Uniform(0.2, 0.8), random.Uniform(0.2, 0.8),
+                                              random.Uniform(0.2, 0.8)));
+  if (random.Int(3) == 0)  // exactly through a vertex, so that vertices, edges and faces are grazed
+    through = mesh.rest.row(random.Int(mesh.VertexCount())).transpose();
+  const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::vector<CutSurface> cuts;
+  double width = 1.3, start = -1.3, depth = 2.6;  // of `size`
+  switch (kind) {
+    case 0:
+    case 1:
+      *name += " full";
+      width = 2.6;
+      *complete = true;
+      break;
+    case 2:
+      *name += " half";
+      break;
+    case 3:
+      *name += " depth";
+      width = 2.6;
+      depth = random.Uniform(1.0, 1.5);
+      break;
+    case 4:
+      *name += " inside";
+      start = random.Uniform(-0.2, 0);
+      width = random.Uniform(0.1, 0.5);
+      depth = -1;
+      break;
+    default:
+      break;
+  }
+  if (kind >= 5) {  // curved, extruded from a polyline
+    *name += " curved";
+    const double bend = random.Uniform(-0.12, 0.12) * size, turns = random.Uniform(2, 7);
+    const int points = 4 + random.Int(18);
+    for (int s = 1; s <= steps; ++s) {
+      const int used = std::max(2, points * s / steps);
+      Points line(used, 3), ways(used, 3);
+      for (int i = 0; i < used; ++i) {
+        const double at = double(i) / (points - 1) - 0.5;
+        line.row(i) =
+            (through + 1.1 * size * at * u + bend * std::sin(turns * at) * normal - 0.6 * size * v)
+                .transpose();
+        ways.row(i) = (v + 0.2 * at * normal).normalized().transpose();
+      }
+      cuts.push_back(
+          ExtrudePolyline(line, ways, 0.1 * size, random.Int(2) ? 1.4 * size : 0.7 * size, cell));
+    }
+    return cuts;
+  }
+  const Vec3 side = depth < 0 ? Vec3(-0.15 * size * v) : Vec3(-1.3 * size * v);
+  const Vec3 down = depth < 0 ? Vec3(0.3 * size * v) : Vec3(depth * size * v);
+  for (int s = 1; s <= steps; ++s) {
+    const double length = width * s / steps;
+    cuts.push_back(RectangleCut(through + start * size * u + side, length * size * u, down,
+                                std::max(1, int(length * size / cell)),
+                                std::max(1, int(down.norm() / cell))));
+  }
+  return cuts;
+}
+
+std::string Problem(const TetMesh& mesh, const MeshQuality& start, const Points& positions,
+                    double start_deformed_deg, const TetMesh& first, CutSequenceResult* result) {
+  std::ostringstream out;
+  const MeshQuality q = MeasureQuality(mesh, mesh.rest);
+  result->smallest_dihedral_deg = std::min(result->smallest_dihedral_deg, q.smallest_dihedral_deg);
+  if (q.inverted > 0) out << q.inverted << " inverted; ";
+  if (q.orphans > 0) out << q.orphans << " orphans; ";
+  if (!q.manifold_boundary) out << "boundary not 2-manifold; ";
+  if (std::abs(q.volume_mm3 / start.volume_mm3 - 1) > 1e-6)
+    out << "volume changed by " << q.volume_mm3 / start.volume_mm3 - 1 << "; ";
+  if (start.smallest_dihedral_deg >= 8 && q.smallest_dihedral_deg < 3)
+    out << "dihedral angle " << q.smallest_dihedral_deg << "; ";
+  if (positions.rows() > 0) {
+    const MeshQuality d = MeasureQuality(mesh, positions);
+    result->smallest_deformed_deg =
+        std::min(result->smallest_deformed_deg, d.smallest_dihedral_deg);
+    if (d.inverted > 0 || (start_deformed_deg >= 2 && d.smallest_dihedral_deg < 0.5))
+      out << "as deformed " << d.inverted << " inverted, " << d.smallest_dihedral_deg << " deg; ";
+  }
+  return out.str();
+}
+
+std::string ProvenanceProblem(const TetMesh& old_mesh, const TopologyChange& change,
+                              const Embedding& points, const Points& rest, Embedding* mapped) {
+  std::ostringstream out;
+  const double error =
+      (change.MapVertexField(old_mesh.rest) - change.mesh.rest).cwiseAbs().maxCoeff();
+  if (!(error < 1e-9)) out << "provenance is off by " << error << " mm; ";
+  std::vector<char> seen(change.mesh.TetCount(), 0);
+  for (Index t = 0; t < old_mesh.TetCount(); ++t)
+    if (change.kept_tet[t] >= 0) {
+      const Index k = change.kept_tet[t];
+      ++seen[k];
+      if (change.parent_tet[k] != t || change.mesh.tets.row(k) != old_mesh.tets.row(t)) {
+        out << "kept tetrahedron " << t << " differs; ";
+        break;
+      }
+    }
+  for (Index t : change.new_tets) ++seen[t];
+  for (char s : seen)
+    if (s != 1) {
+      out << "a tetrahedron is not either kept or new; ";
+      break;
+    }
+  *mapped = change.MapEmbedding(points, old_mesh);
+  const double moved =
+      (mapped->Positions(change.mesh.rest, change.mesh.tets) - rest).cwiseAbs().maxCoeff();
+  if (!(moved < 1e-9)) out << "material points moved by " << moved << " mm; ";
+  return out.str();
+}
+
+}  // namespace
+
+CutSequence MakeCutSequence(unsigned seed) {
+  Random random(seed);
+  CutSequence sequence;
+  sequence.mesh = ZooMesh(random, &sequence.name);
+  const int cuts = 1 + random.Int(3);
+  CutSurface before;
+  before.points.resize(0, 3);
+  before.triangles.resize(0, 3);
+  for (int c = 0; c < cuts; ++c) {
+    bool complete;
+    const auto growing = GrowingCut(random, sequence.mesh, &sequence.name, &complete);
+    const bool together = random.Int(2) == 0;  // one S for all cuts, or one after the other
+    for (std::size_t i = 0; i < growing.size(); ++i) {
+      sequence.surfaces.push_back(together ? Together(before, growing[i]) : growing[i]);
+      sequence.separates_completely.push_back(complete && i + 1 == growing.size());
+    }
+    before = Together(before, growing.back());
+  }
+  if (random.Int(2) == 0) {
+    sequence.name += " deformed";
+    const Vec3 k = random.Direction() * random.Uniform(0.02, 0.08), d = random.Direction() * 6;
+    sequence.positions = sequence.mesh.rest;
+    for (Index v = 0; v < sequence.positions.rows(); ++v) {
+      const Vec3 x = sequence.mesh.rest.row(v).transpose();
+      sequence.positions.row(v) += (d * std::sin(k.dot(x))).transpose() + 0.2 * x.transpose();
+    }
+  }
+  return sequence;
+}
+
+CutSequenceResult RunCutSequence(const CutSequence& sequence) {
+  CutSequenceResult result;
+  TetMesh mesh = sequence.mesh;
+  Points positions = sequence.positions;
+  const MeshQuality start = MeasureQuality(mesh, mesh.rest);
+  const double deformed_deg =
+      positions.rows() > 0 ? MeasureQuality(mesh, positions).smallest_dihedral_deg : 0;
+  Embedding points;  // material points: middles of faces towards vertex 0
+  for (Index t = 0; t < mesh.TetCount(); t += 3) points.tet.push_back(t);
+  points.weights.resize(points.Size(), 4);
+  for (Index i = 0; i < points.Size(); ++i)
+    points.weights.row(i) << 0.05 * (i % 3), 0.3, 0.4, 0.3 - 0.05 * (i % 3);
+  const Points rest = points.Positions(mesh.rest, mesh.tets);
+
+  TetCutter cutter;
+  int components = start.components;
+  for (std::size_t i = 0; i < sequence.surfaces.size(); ++i) {
+    ++result.increments;
+    CutReport report;
+    const Points* current = positions.rows() > 0 ? &positions : nullptr;
+    const TopologyChange change = cutter.Cut(mesh, sequence.surfaces[i], &report, current);
+    std::string problem;
+    if (report.done != change.changed) problem += "report and change disagree; ";
+    if (!change.changed) {
+      if (change.mesh.rest != mesh.rest || change.mesh.tets != mesh.tets)
+        problem += "refused, but changed; ";
+      if (report.reason.empty()) problem += "refused without a reason; ";
+      result.refused += report.reason.find("well shaped") != std::string::npos;
+    } else {
+      ++result.done;
+      Embedding mapped;
+      problem += ProvenanceProblem(mesh, change, points, rest, &mapped);
+      points = mapped;
+      if (current) positions = change.MapVertexField(positions);
+      mesh = change.mesh;
+      problem += Problem(mesh, start, positions, deformed_deg, sequence.mesh, &result);
+    }
+    if (!problem.empty()) {
+      result.failure = "increment " + std::to_string(i) + ": " + problem;
+      return result;
+    }
+    const int now = report.components;
+    if (now < components) result.failure = "components were joined";
+    if (sequence.separates_completely[i] && now == 1) ++result.missed_separations;
+    components = now;
+  }
+  return result;
+}
+
+}  // namespace kerf::testing

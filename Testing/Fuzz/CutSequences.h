@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "Core/TopologyChange.h"
+
+namespace kerf::testing {
+
+/// One random sequence of cuts on one mesh of the zoo; everything follows from the seed.
+struct CutSequence {
+  TetMesh mesh;
+  Points positions;                        ///< deformed, N×3; empty: at rest
+  std::vector<CutSurface> surfaces;        ///< the whole S so far, one for each increment
+  std::vector<bool> separates_completely;  ///< after this increment a piece must have come off
+  std::string name;
+};
+CutSequence MakeCutSequence(unsigned seed);
+
+struct CutSequenceResult {
+  int increments = 0, done = 0, refused = 0, missed_separations = 0;
+  double smallest_dihedral_deg = 180, smallest_deformed_deg = 180;
+  std::string failure;  ///< empty: every guarantee held after every increment
+};
+CutSequenceResult RunCutSequence(const CutSequence& sequence);
+
+}  // namespace kerf::testing
