@@ -23,40 +23,56 @@ double Vessels(const Vec3& p, double spacing_mm, double width, std::uint32_t see
   return 1.0 - SmoothRamp(std::abs(n), 0.35 * calibre, calibre);
 }
 
+/// Turns the lattice of the noise away from the organ's axes, along which its cells would show.
+Vec3 Turned(const Vec3& p) {
+  static const Mat3 turn = (Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()) *
+                            Eigen::AngleAxisd(1.1, Vec3(3, -1, 1).normalized()))
+                               .toRotationMatrix();
+  return turn * p;
+}
+
+/// Slope of an uneven surface: the gradient of two octaves of noise, times `height`.
 Vec3 Bump(const Vec3& p, double size_mm, double height, std::uint32_t seed) {
-  const double h = 0.2;
-  const double centre = ValueNoise(p / size_mm, seed);
-  return -height *
-         Vec3(ValueNoise((p + Vec3(h, 0, 0)) / size_mm, seed) - centre,
-              ValueNoise((p + Vec3(0, h, 0)) / size_mm, seed) - centre,
-              ValueNoise((p + Vec3(0, 0, h)) / size_mm, seed) - centre) /
-         h;
+  const double h = 0.1 * size_mm;
+  auto relief = [&](const Vec3& q) {
+    return ValueNoise(Turned(q) / size_mm, seed) +
+           0.5 * ValueNoise(Turned(Turned(q)) / (0.47 * size_mm), seed + 9);
+  };
+  const double centre = relief(p);
+  return -height / h *
+         Vec3(relief(p + Vec3(h, 0, 0)) - centre, relief(p + Vec3(0, h, 0)) - centre,
+              relief(p + Vec3(0, 0, h)) - centre);
 }
 
 }  // namespace
 
 SurfaceLook KidneyCapsule(const Vec3& p, std::uint32_t seed) {
   SurfaceLook look;
-  const double mottle = FractalNoise(p / 11.0, 3, seed),
-               grain = FractalNoise(p / 1.5, 2, seed + 11);
+  const Vec3 q = Turned(p);
+  const double mottle = FractalNoise(q / 9.0, 3, seed);
+  const double grain = FractalNoise(q / 2.1, 2, seed + 11), fine = ValueNoise(q / 0.75, seed + 13);
   Vec3 colour =
-      Mix(Vec3(0.27, 0.046, 0.032), Vec3(0.38, 0.092, 0.062), SmoothRamp(mottle, -0.5, 0.5));
-  colour *= 1.0 + 0.75 * grain;
-  // Stellate veins under the capsule, fine and coarse.
-  colour = Mix(colour, Vec3(0.10, 0.010, 0.014), 0.8 * Vessels(p, 11.0, 0.10, seed + 20));
-  colour = Mix(colour, Vec3(0.16, 0.016, 0.017), 0.6 * Vessels(p, 4.6, 0.13, seed + 30));
-  // Tags of perirenal fat that stayed on the capsule.
-  const double fat = SmoothRamp(FractalNoise(p / 8.5 + Vec3(7, 3, 1), 3, seed + 40), 0.27, 0.36);
-  colour = Mix(colour, Vec3(0.50, 0.30, 0.10) * (1.0 + 0.45 * grain), 0.8 * fat);
+      Mix(Vec3(0.22, 0.030, 0.022), Vec3(0.37, 0.085, 0.058), SmoothRamp(mottle, -0.45, 0.45));
+  colour *= 1.0 + 0.75 * grain + 0.30 * fine;
+  // Pale dots: the tips of the cortex's lobules.
+  const double dots = SmoothRamp(ValueNoise(q / 1.25, seed + 17), 0.52, 0.75);
+  colour = Mix(colour, Vec3(0.52, 0.21, 0.14), 0.55 * dots);
+  // Stellate veins under the capsule, coarse and fine.
+  colour = Mix(colour, Vec3(0.075, 0.008, 0.012), 0.85 * Vessels(q, 12.0, 0.085, seed + 20));
+  colour = Mix(colour, Vec3(0.13, 0.012, 0.014), 0.75 * Vessels(q, 5.2, 0.10, seed + 30));
+  // Tags of perirenal fat that stayed on the capsule: ragged, uneven.
+  const double tags = FractalNoise(q / 9.0 + Vec3(7, 3, 1), 4, seed + 40) + 0.05 * fine;
+  const double fat = SmoothRamp(tags, 0.27, 0.36);
+  colour = Mix(colour, Vec3(0.47, 0.27, 0.085) * (1.0 + 0.6 * grain + 0.25 * fine), 0.75 * fat);
   const double tumour = 1.0 - SmoothRamp(KidneyTumour(p), 0.2, 1.8);
   if (tumour > 0.0) {
-    Vec3 lesion = Vec3(0.50, 0.27, 0.15) * (1.0 + 0.5 * grain);
-    lesion = Mix(lesion, Vec3(0.30, 0.03, 0.04), 0.8 * Vessels(p, 3.2, 0.20, seed + 50));
+    Vec3 lesion = Vec3(0.45, 0.21, 0.11) * (1.0 + 0.7 * grain + 0.25 * fine);
+    lesion = Mix(lesion, Vec3(0.26, 0.02, 0.03), 0.8 * Vessels(q, 3.4, 0.15, seed + 50));
     colour = Mix(colour, lesion, 0.8 * tumour);
   }
   look.albedo = colour;
   look.gloss = 0.75 - 0.4 * fat;
-  look.bump = Bump(p, 2.6, 0.10, seed + 60) + Bump(p, 7.0, 0.16, seed + 61);
+  look.bump = Bump(p, 2.2, 0.10, seed + 60) + Bump(p, 8.0, 0.25, seed + 61);
   return look;
 }
 
@@ -107,20 +123,21 @@ SurfaceLook SiliconeBand(const Vec3& p, bool section, std::uint32_t seed) {
 
 SurfaceLook FatBackground(const Vec3& p, std::uint32_t seed) {
   SurfaceLook look;
-  const double lobule = std::abs(ValueNoise(p / 9.0 + Vec3(0.5, 0.2, 0), seed + 80)) +
-                        0.5 * std::abs(ValueNoise(p / 4.5, seed + 81));
+  const Vec3 q = Turned(p);
+  const double lobule = std::abs(ValueNoise(q / 10.0, seed + 80)) +
+                        0.5 * std::abs(ValueNoise(Turned(q) / 5.0, seed + 81));
   Vec3 colour =
-      Mix(Vec3(0.20, 0.085, 0.026), Vec3(0.46, 0.27, 0.085), SmoothRamp(lobule, 0.03, 0.45));
-  colour *= 1.0 + 0.30 * FractalNoise(p / 1.6, 2, seed + 82);
+      Mix(Vec3(0.15, 0.055, 0.018), Vec3(0.38, 0.215, 0.070), SmoothRamp(lobule, 0.03, 0.55));
+  colour *= 1.0 + 0.35 * FractalNoise(q / 1.8, 2, seed + 82);
   const double muscle =
-      SmoothRamp(FractalNoise(p / 38.0 + Vec3(1, 4, 0), 2, seed + 83), 0.14, 0.30);
-  const double fibre = ValueNoise(Vec3(p.x() * 0.9 + 0.35 * p.y(), p.y() * 0.06, 0.0), seed + 84);
-  colour = Mix(colour, Vec3(0.30, 0.075, 0.055) * (1.0 + 0.30 * fibre), 0.85 * muscle);
-  colour = Mix(colour, Vec3(0.27, 0.035, 0.035), 0.75 * Vessels(p, 24.0, 0.045, seed + 85));
-  colour = Mix(colour, Vec3(0.33, 0.06, 0.05), 0.5 * Vessels(p, 10.0, 0.06, seed + 86));
+      SmoothRamp(FractalNoise(q / 42.0 + Vec3(1, 4, 0), 3, seed + 83), 0.05, 0.30);
+  const double fibre = ValueNoise(Vec3(p.x() * 0.8 + 0.3 * p.y(), p.y() * 0.05, 0.0), seed + 84);
+  colour = Mix(colour, Vec3(0.21, 0.050, 0.036) * (1.0 + 0.25 * fibre), 0.75 * muscle);
+  colour = Mix(colour, Vec3(0.17, 0.018, 0.020), 0.7 * Vessels(q, 26.0, 0.035, seed + 85));
+  colour = Mix(colour, Vec3(0.22, 0.036, 0.030), 0.45 * Vessels(q, 12.0, 0.045, seed + 86));
   look.albedo = colour;
-  look.gloss = 0.35;
-  look.bump = Bump(p, 9.0, 1.6, seed + 80) + Bump(p, 3.0, 0.25, seed + 87);
+  look.gloss = 0.16;
+  look.bump = Bump(p, 11.0, 0.9, seed + 80) + Bump(p, 3.5, 0.10, seed + 87);
   return look;
 }
 

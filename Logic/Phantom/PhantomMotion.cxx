@@ -7,6 +7,7 @@
 namespace kerf {
 namespace {
 
+constexpr double kProcessZone_mm = 3.0;
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
 
 /// 0 before `begin`, 1 after `end`, two continuous derivatives.
@@ -40,36 +41,46 @@ double PhantomMotion::Strain(double frame) const {
              SmoothStep(frame, m_.preload_end_frame, m_.load_end_frame);
 }
 
+std::array<double, PhantomMotion::kFields> PhantomMotion::FieldDepths_mm(double frame) const {
+  const double a = TipDepth_mm(frame), zone = std::min(kProcessZone_mm, 0.5 * a);
+  return {a - zone, a - 0.4 * zone, a};
+}
+
 double PhantomMotion::Opening_mm(double depth_mm, double frame) const {
-  const double a = TipDepth_mm(frame);
-  return depth_mm < a ? 2.0 * Strain(frame) * std::sqrt(a * a - depth_mm * depth_mm) : 0.0;
+  double sum = 0.0;
+  for (double a : FieldDepths_mm(frame))
+    if (depth_mm < a) sum += std::sqrt(a * a - depth_mm * depth_mm);
+  return 2.0 * Strain(frame) * sum / kFields;
 }
 
 Vec3 PhantomMotion::Position(const Vec3& rest, int side, double frame) const {
   const double strain = Strain(frame);
   if (strain == 0.0) return rest;  // bit-exact at rest
-  const double s = SheetDistance_mm(rest), d = Depth_mm(rest), a = TipDepth_mm(frame);
-  // Sheet points carry rounding errors: within a nanometre `side` decides.
+  const double s = SheetDistance_mm(rest), d = Depth_mm(rest);
+  // Points of the sheet carry rounding errors: there `side` decides.
   const double sign = s > 1e-6 ? 1.0 : s < -1e-6 ? -1.0 : side;
   const double reach = m_.grip_reach_mm;
   const double fade = reach > 0.0 ? std::tanh(s / reach) : 0.0;
   const double h = reach > 0.0 ? reach * fade : s;
-  const double slope = 1.0 - fade * fade;
+  const double fade_slope = 1.0 - fade * fade;
 
   const std::complex<double> z(std::abs(h), std::abs(d));
-  const std::complex<double> w = std::sqrt(z * z + a * a);
+  double lift = 0.0, share_y = 0.0, share_z = 0.0;
+  for (double depth : FieldDepths_mm(frame)) {
+    const std::complex<double> w = std::sqrt(z * z + depth * depth);
+    lift += w.real() / kFields;
+    // ∂ Re w/∂h, blunted at the tip: more for y, whose slope along y must stay below one.
+    const double slope = depth > 0.0 ? (z * std::conj(w)).real() : 1.0;
+    const double square = depth > 0.0 ? std::norm(w) : 1.0;
+    share_y += slope / (square + 0.25 * depth * depth) / kFields;
+    share_z += slope / (square + 0.10 * depth * depth) / kFields;
+  }
   Vec3 p = rest;
-  p.x() += strain * sign * w.real();
-
-  // Contraction across the pull: none on the unloaded lips. The tip's singularity is blunted, more
-  // for y (whose slope along y must stay below one) than for z, which takes up the rest.
-  auto stretch = [&](double blunt) {
-    return 1.0 + strain * slope *
-                     (a > 0.0 ? (z * std::conj(w)).real() / (std::norm(w) + blunt * a * a) : 1.0);
-  };
-  const double contraction = 1.0 / std::sqrt(stretch(0.25));
+  p.x() += strain * sign * lift;
+  // Contraction across the pull: none on the unloaded lips; z takes up what y leaves.
+  const double contraction = 1.0 / std::sqrt(1.0 + strain * fade_slope * share_y);
   p.y() = m_.contraction_y_mm + (rest.y() - m_.contraction_y_mm) * contraction;
-  p.z() = rest.z() / (stretch(0.09) * contraction);
+  p.z() = rest.z() / ((1.0 + strain * fade_slope * share_z) * contraction);
 
   const double load = strain / m_.final_strain;
   const double t = s / 50.0;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "Phantom/PhantomScenario.h"
 
 namespace kerf {
@@ -11,8 +13,10 @@ namespace kerf {
 /// from the sheet (fading as a tanh), d the depth from the entry edge and a the depth of the cut,
 ///   u_x = ε · Re √((h + i d)² + a²),
 /// which is ε·h without a cut, opens the mouth by 2·ε·√(a² − d²) behind the tip, is continuous
-/// ahead of it, and never folds (∂u_x/∂x ≥ 0). The section contracts by the square root of the
-/// stretch, so that volume is nearly kept.
+/// ahead of it, and never folds (∂u_x/∂x ≥ 0). The last millimetres behind the tip hold together a
+/// little (the mean of three such fields), as a process zone does; that keeps the strain at the tip
+/// finite in practice. The section contracts by the square root of the stretch, so that volume is
+/// nearly kept.
 class PhantomMotion {
  public:
   explicit PhantomMotion(const PhantomMotionParameters& parameters) : m_(parameters) {}
@@ -34,6 +38,10 @@ class PhantomMotion {
   const PhantomMotionParameters& Parameters() const { return m_; }
 
  private:
+  static constexpr int kFields = 3;
+  /// Depths a of the fields whose mean is taken; the last is the tip itself.
+  std::array<double, kFields> FieldDepths_mm(double frame) const;
+
   PhantomMotionParameters m_;
 };
 

@@ -62,7 +62,7 @@ void SetUpKidney(PhantomSetup* setup) {
     motion.start_frame = 77.0;
     motion.end_frame = 118.0;
     motion.preload_strain = 0.12;
-    motion.final_strain = 0.30;
+    motion.final_strain = 0.32;
     motion.bow_mm = 2.5;
     setup->has_tool = true;
   } else {
