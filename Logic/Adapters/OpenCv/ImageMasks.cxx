@@ -16,7 +16,7 @@ constexpr int kShrink = 4;
 cv::Mat FindInstruments(const cv::Mat& bgr) {
   const cv::Size small_size((bgr.cols + kShrink - 1) / kShrink, (bgr.rows + kShrink - 1) / kShrink);
   cv::Mat small, grey_pixels(small_size, CV_8U, cv::Scalar(0));
-  cv::resize(bgr, small, small_size, 0, 0, cv::INTER_AREA);
+  cv::resize(bgr, small, small_size, 0, 0, cv::INTER_LINEAR);
   for (int y = 0; y < small.rows; ++y) {
     const cv::Vec3b* row = small.ptr<cv::Vec3b>(y);
     std::uint8_t* out = grey_pixels.ptr<std::uint8_t>(y);
@@ -60,7 +60,7 @@ cv::Mat FindInstruments(const cv::Mat& bgr) {
 cv::Mat FindHighlights(const cv::Mat& bgr) {
   cv::Mat mask;
   cv::inRange(bgr, cv::Scalar(205, 205, 205), cv::Scalar(255, 255, 255), mask);
-  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  cv::dilate(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
   return mask;
 }
 

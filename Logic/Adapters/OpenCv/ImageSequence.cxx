@@ -129,6 +129,8 @@ ImageSequence ListImageSequence(const std::string& folder_or_pattern) {
 
 std::optional<Image> ReadImageFile(const std::string& path) {
   cv::Mat mat;
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) return std::nullopt;
   try {
     mat = cv::imread(path, cv::IMREAD_COLOR);
   } catch (const cv::Exception&) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -42,6 +43,7 @@ class LucasKanadeTracker : public VideoTracker {
 
   FeatureSet Detect(const Frame& frame, const Image& organ_mask, int wanted) override {
     tracks_.clear();
+    usual_correlation_ = 1.0F;
     FeatureSet features;
     features.pixels.resize(0, 2);
     current_.Load(frame, MaskBox(frame, organ_mask), options_.window_px, options_.levels);
@@ -51,6 +53,7 @@ class LucasKanadeTracker : public VideoTracker {
 
   void Adopt(const Frame& frame, const Image& organ_mask, FeatureSet* features) override {
     tracks_.assign(features->Size(), {});
+    usual_correlation_ = 1.0F;
     features->status.assign(features->Size(), FeatureStatus::Lost);
     cv::Rect box = PointBox(features->pixels);
     current_.Load(frame, box, options_.window_px, options_.levels);
@@ -65,6 +68,13 @@ class LucasKanadeTracker : public VideoTracker {
   int Replenish(const Image& organ_mask, int wanted, FeatureSet* features) override {
     CheckRows(*features);
     return Append(organ_mask, wanted, features);
+  }
+
+  std::vector<float> Correlations() const override {
+    std::vector<float> correlations;
+    for (const FeatureTrack& track : tracks_)
+      correlations.push_back(track.status == FeatureStatus::Tracked ? track.correlation : 0.0F);
+    return correlations;
   }
 
   void Predict(const Pixels& predicted_px) override { predicted_ = predicted_px; }
@@ -176,7 +186,7 @@ class LucasKanadeTracker : public VideoTracker {
   /// last frame.
   void Follow() {
     std::vector<int> rows;
-    std::vector<cv::Point2f> from, to, back;
+    std::vector<cv::Point2f> from, to;
     for (std::size_t i = 0; i < tracks_.size(); ++i)
       if (tracks_[i].status == FeatureStatus::Tracked) {
         rows.push_back(static_cast<int>(i));
@@ -185,66 +195,111 @@ class LucasKanadeTracker : public VideoTracker {
     motion_.assign(tracks_.size(),
                    Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
     if (rows.empty()) return;
-    std::vector<std::uint8_t> found, found_back;
-    std::vector<float> ignored;
     const cv::Size window(options_.window_px, options_.window_px);
-    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01);
+    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02);
+    std::vector<std::uint8_t> found;
+    std::vector<float> ignored;
     cv::calcOpticalFlowPyrLK(previous_.Pyramid(), current_.Pyramid(), from, to, found, ignored,
                              window, options_.levels, until, 0, 1e-4);
-    cv::calcOpticalFlowPyrLK(current_.Pyramid(), previous_.Pyramid(), to, back, found_back, ignored,
-                             window, options_.levels, until, 0, 1e-4);
-    const float limit = static_cast<float>(options_.forward_backward_px);
-    cv::parallel_for_(cv::Range(0, static_cast<int>(rows.size())), [&](const cv::Range& range) {
-      for (int k = range.start; k < range.end; ++k) {
-        FeatureTrack& track = tracks_[rows[k]];
-        const Eigen::Vector2f before = track.warp.t;
-        const bool consistent = found[k] && found_back[k] && cv::norm(back[k] - from[k]) <= limit;
-        Settle(consistent, FromCv(to[k]) + current_.Origin(), &track);
-        if (track.status == FeatureStatus::Tracked) motion_[rows[k]] = track.warp.t - before;
-      }
+    std::vector<Settled> settled(rows.size());
+    const auto for_all = [&](const std::vector<int>& list, const auto& work) {
+      cv::parallel_for_(cv::Range(0, static_cast<int>(list.size())), [&](const cv::Range& range) {
+        for (int k = range.start; k < range.end; ++k) work(list[k]);
+      });
+    };
+    std::vector<int> all(rows.size());
+    std::iota(all.begin(), all.end(), 0);
+    for_all(all, [&](int k) {
+      settled[k] = Settle(FromCv(to[k]) + current_.Origin(), tracks_[rows[k]]);
     });
+
+    // The way back is the check for those that do not look like their reference; recognition is the
+    // stronger one.
+    std::vector<int> doubtful;
+    std::vector<cv::Point2f> doubtful_to, back;
+    for (const int k : all)
+      if (settled[k] == Settled::Doubtful) {
+        doubtful.push_back(k);
+        doubtful_to.push_back(to[k]);
+      }
+    std::vector<std::uint8_t> found_back;
+    if (!doubtful.empty())
+      cv::calcOpticalFlowPyrLK(current_.Pyramid(), previous_.Pyramid(), doubtful_to, back,
+                               found_back, ignored, window, options_.levels, until, 0, 1e-4);
+    const float limit = static_cast<float>(options_.forward_backward_px);
+    for (std::size_t d = 0; d < doubtful.size(); ++d) {
+      const int k = doubtful[d];
+      const bool consistent = found[k] && found_back[d] && cv::norm(back[d] - from[k]) <= limit;
+      FollowAlone(consistent, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
+    }
+    for (const int k : all)
+      if (tracks_[rows[k]].status == FeatureStatus::Tracked)
+        motion_[rows[k]] = tracks_[rows[k]].warp.t - FromCv(from[k]) - current_.Origin();
+    LearnUsualCorrelation(settled, rows);
   }
 
-  /// Decides one feature's position and state from Lucas–Kanade's answer.
-  void Settle(bool consistent, const Eigen::Vector2f& flow, FeatureTrack* track) const {
-    if (!current_.Inside(flow, 2)) {
-      track->status = FeatureStatus::Occluded;
-      return;
+  enum class Settled { Recognized, Hidden, Doubtful };
+
+  /// Decides one feature's position from Lucas–Kanade's answer and its reference.
+  Settled Settle(const Eigen::Vector2f& flow, FeatureTrack& track) const {
+    if (!current_.Inside(flow, 2) || current_.InstrumentAt(flow)) {
+      track.status = FeatureStatus::Occluded;
+      return Settled::Hidden;
     }
-    if (current_.InstrumentAt(flow)) {
-      track->status = FeatureStatus::Occluded;
-      return;
-    }
-    if (!options_.reanchor) {
-      if (!consistent)
-        track->status = FeatureStatus::Lost;
-      else
-        track->warp.t = flow;
-      return;
-    }
-    AffineWarp warp = track->warp;
+    if (!options_.reanchor) return Settled::Doubtful;
+    AffineWarp warp = track.warp;
     warp.t = flow - current_.Origin();
-    const Alignment seen = track->patch.Align(current_.Smooth(), current_.Excluded(), 6, &warp);
+    const Alignment seen = Align(track, 6, &warp);
     const Eigen::Vector2f anchored = warp.t + current_.Origin();
-    const float away = (anchored - flow).norm();
-    track->correlation = seen.valid ? seen.correlation : 0;
-    if (seen.valid && seen.correlation >= options_.accept_correlation &&
-        away <= options_.reanchor_limit_px) {
-      track->warp = warp;
-      track->warp.t = anchored;
-      track->alone = 0;
-      return;
+    track.correlation = seen.valid ? seen.correlation : 0;
+    // Tissue does not change its shape at once; what seems to is something else.
+    const Eigen::Matrix2f change = warp.A * track.warp.A.inverse() - Eigen::Matrix2f::Identity();
+    if (seen.valid && seen.correlation >= AcceptFrom() && change.norm() < 0.2F &&
+        (anchored - flow).norm() <= options_.reanchor_limit_px) {
+      track.warp.A = warp.A;
+      track.warp.t = anchored;
+      track.alone = 0;
+      return Settled::Recognized;
     }
+    return Settled::Doubtful;
+  }
+
+  /// A feature that was not recognized lives on Lucas–Kanade for a few frames, if that agrees with
+  /// itself.
+  void FollowAlone(bool consistent, const Eigen::Vector2f& flow, FeatureTrack* track) const {
     if (!consistent) {
       track->status = FeatureStatus::Lost;
       return;
     }
-    const bool hidden = !seen.valid || seen.correlation < options_.hidden_correlation;
-    if (hidden || ++track->alone > options_.patience_frames) {
+    if (options_.reanchor &&
+        (track->correlation < usual_correlation_ * options_.hidden_correlation ||
+         ++track->alone > options_.patience_frames)) {
       track->status = FeatureStatus::Occluded;
       return;
     }
     track->warp.t = flow;
+  }
+
+  Alignment Align(const FeatureTrack& track, int iterations, AffineWarp* warp) const {
+    const float radius = 2.0F * static_cast<float>(options_.patch_half_px);
+    return track.patch.Align(current_.Smooth(), current_.ExcludedNear(warp->t, radius), iterations,
+                             warp);
+  }
+  float AcceptFrom() const {
+    return usual_correlation_ * static_cast<float>(options_.accept_correlation);
+  }
+
+  /// Noise, smoke and compression lower all correlations alike: what counts is how a feature
+  /// compares with the others.
+  void LearnUsualCorrelation(const std::vector<Settled>& settled, const std::vector<int>& rows) {
+    std::vector<float> correlations;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (settled[k] != Settled::Hidden && tracks_[rows[k]].correlation > 0.5F)
+        correlations.push_back(tracks_[rows[k]].correlation);
+    if (correlations.size() < 20) return;
+    const auto middle = correlations.begin() + static_cast<std::ptrdiff_t>(correlations.size() / 2);
+    std::nth_element(correlations.begin(), middle, correlations.end());
+    usual_correlation_ = std::clamp(0.8F * usual_correlation_ + 0.2F * *middle, 0.8F, 1.0F);
   }
 
   void RefuseLoners() {
@@ -299,15 +354,15 @@ class LucasKanadeTracker : public VideoTracker {
         AffineWarp warp = track->warp;
         warp.t +=
             Eigen::Vector2f(static_cast<float>(dx), static_cast<float>(dy)) - current_.Origin();
-        const Alignment seen = track->patch.Compare(current_.Smooth(), current_.Excluded(), warp);
+        const Alignment seen = Align(*track, 0, &warp);
         if (seen.valid && seen.correlation > best_correlation) {
           best_correlation = seen.correlation;
           best = warp;
         }
       }
     if (best_correlation <= 0.5F) return;
-    const Alignment seen = track->patch.Align(current_.Smooth(), current_.Excluded(), 10, &best);
-    const float wanted = 0.5F + 0.5F * static_cast<float>(options_.accept_correlation);
+    const Alignment seen = Align(*track, 10, &best);
+    const float wanted = 0.5F * usual_correlation_ + 0.5F * AcceptFrom();
     if (!seen.valid || seen.correlation < wanted || seen.used < 0.7F) return;
     best.t += current_.Origin();
     if ((best.t - track->warp.t).norm() > 9) return;
@@ -324,6 +379,7 @@ class LucasKanadeTracker : public VideoTracker {
   NeighbourMotion neighbours_;
   Pixels predicted_{0, 2};
   std::size_t next_try_ = 0;
+  float usual_correlation_ = 1.0F;  ///< running median over the features that are followed
 };
 
 }  // namespace

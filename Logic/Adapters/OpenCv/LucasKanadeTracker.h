@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "Core/Features.h"
 
@@ -14,10 +15,11 @@ struct TrackerOptions {
   int window_px = 15;                     ///< side of Lucas–Kanade's window
   int levels = 3;                         ///< pyramid levels above the image
   double forward_backward_px = 0.8;       ///< largest distance after tracking there and back
-  bool reanchor = true;              ///< align with the reference patch in every frame: no drift
-  int patch_half_px = 10;            ///< the reference patch is 2·half+1 px wide
-  double accept_correlation = 0.80;  ///< the reference is believed from here on
-  double hidden_correlation = 0.60;  ///< below: something else is seen there
+  bool reanchor = true;    ///< align with the reference patch in every frame: no drift
+  int patch_half_px = 10;  ///< the reference patch is 2·half+1 px wide
+  double accept_correlation =
+      0.92;  ///< the reference is believed from this share of the usual correlation on
+  double hidden_correlation = 0.75;  ///< below this share something else is seen there
   double reanchor_limit_px = 2.0;  ///< farther from Lucas–Kanade's answer, one of the two is wrong
   int patience_frames = 4;         ///< how long a feature lives on Lucas–Kanade alone
   bool neighbours = true;          ///< refuse motion that no neighbour shares
@@ -35,6 +37,9 @@ class VideoTracker : public FeatureTracker {
   /// the last Track.
   /// @return how many rows were appended; ids go on from the largest
   virtual int Replenish(const Image& organ_mask, int wanted, FeatureSet* features) = 0;
+  /// How much each feature looks like its reference now: normalized cross-correlation, 0 where it
+  /// was not compared.
+  virtual std::vector<float> Correlations() const = 0;
 };
 
 /// Fast-Hessian (or another detector's) features, pyramidal Lucas–Kanade from frame to frame with a

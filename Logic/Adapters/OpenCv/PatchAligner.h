@@ -32,11 +32,10 @@ class Patch {
   bool Take(const cv::Mat& grey, const cv::Mat& excluded, const Eigen::Vector2f& center,
             int half_px);
   bool Empty() const { return system_ == nullptr; }
-  /// Moves `warp` to where the patch is seen in `grey`, starting from where it is.
+  /// Moves `warp` to where the patch is seen in `grey`, starting from where it is; no iterations:
+  /// compares only.
   Alignment Align(const cv::Mat& grey, const cv::Mat& excluded, int iterations,
                   AffineWarp* warp) const;
-  /// Correlation at a given warp, without moving it.
-  Alignment Compare(const cv::Mat& grey, const cv::Mat& excluded, const AffineWarp& warp) const;
   /// Smaller eigenvalue of the structure tensor, grey levels² per px²: how well it can be located.
   float Texture() const { return texture_; }
 

@@ -13,6 +13,8 @@ namespace {
 /// Room for motion between frames and for the patches' corners; the box is renewed when less than
 /// the half is left.
 constexpr int kMargin = 64;
+/// Side of the blocks in which the mask of excluded pixels is summed up, px.
+constexpr int kBlock = 8;
 
 }  // namespace
 
@@ -46,9 +48,31 @@ void TrackerImages::Reload(const cv::Rect& box, int window_px, int levels) {
   cv::GaussianBlur(smooth_, smooth_, {5, 5}, 0.8);
   excluded_ = FindHighlights(colour);
   cv::bitwise_or(excluded_, instruments_(box_), excluded_);
+  const cv::Size blocks((box_.width + kBlock - 1) / kBlock, (box_.height + kBlock - 1) / kBlock);
+  excluded_blocks_ = cv::Mat::zeros(blocks, CV_8U);
+  if (cv::countNonZero(excluded_) > 0)
+    for (int y = 0; y < excluded_.rows; ++y) {
+      const std::uint8_t* row = excluded_.ptr<std::uint8_t>(y);
+      std::uint8_t* out = excluded_blocks_.ptr<std::uint8_t>(y / kBlock);
+      for (int x = 0; x < excluded_.cols; ++x) out[x / kBlock] |= row[x];
+    }
   // Freshly allocated: the previous frame's pyramid is still in use.
   pyramid_.clear();
   cv::buildOpticalFlowPyramid(grey_, pyramid_, {window_px, window_px}, levels, true);
+}
+
+const cv::Mat& TrackerImages::ExcludedNear(const Eigen::Vector2f& place, float radius_px) const {
+  static const cv::Mat none;
+  const int x0 = std::max(0, static_cast<int>(place.x() - radius_px) / kBlock);
+  const int y0 = std::max(0, static_cast<int>(place.y() - radius_px) / kBlock);
+  const int x1 =
+      std::min(excluded_blocks_.cols - 1, static_cast<int>(place.x() + radius_px) / kBlock);
+  const int y1 =
+      std::min(excluded_blocks_.rows - 1, static_cast<int>(place.y() + radius_px) / kBlock);
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x)
+      if (excluded_blocks_.at<std::uint8_t>(y, x) != 0) return excluded_;
+  return none;
 }
 
 bool TrackerImages::Inside(const Eigen::Vector2f& pixel, float margin_px) const {

@@ -26,9 +26,10 @@ class TrackerImages {
   }
   const cv::Mat& Grey() const { return grey_; }      ///< 8-bit, in the box
   const cv::Mat& Smooth() const { return smooth_; }  ///< 32-bit float, slightly blurred, in the box
-  const cv::Mat& Excluded() const {
-    return excluded_;
-  }  ///< 8-bit: highlights and instruments, in the box
+  /// 8-bit: highlights and instruments, in the box.
+  const cv::Mat& Excluded() const { return excluded_; }
+  /// The same mask for a patch, or none where nothing is excluded within this radius of a place in the box.
+  const cv::Mat& ExcludedNear(const Eigen::Vector2f& place, float radius_px) const;
   const std::vector<cv::Mat>& Pyramid() const { return pyramid_; }
   /// Inside the image (not merely the box) with this margin. @param pixel full image px
   bool Inside(const Eigen::Vector2f& pixel, float margin_px) const;
@@ -38,6 +39,7 @@ class TrackerImages {
   Frame frame_;
   cv::Rect box_;
   cv::Mat grey_, smooth_, excluded_, instruments_;
+  cv::Mat excluded_blocks_;  ///< non-zero where a block of the mask is not empty
   std::vector<cv::Mat> pyramid_;
 };
 

@@ -6,6 +6,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "Adapters/OpenCv/CvMats.h"
+#include "Adapters/OpenCv/EncodedSize.h"
 #include "Adapters/OpenCv/ImageSequence.h"
 #include "Core/Errors.h"
 
@@ -106,6 +107,8 @@ class StreamSource : public CheckedSource {
     // Only these containers state their number of frames; elsewhere it is estimated from the
     // duration.
     const std::string suffix = fs::path(path).extension().string();
+    // A second reader of the same file, undecoded, sees a change of size that the decoder hides.
+    if (!live) packets_.open(path, cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
     exact_count_ = suffix == ".mp4" || suffix == ".mov" || suffix == ".m4v" || suffix == ".avi";
   }
   double FramesPerSecond() const override { return fps_; }
@@ -115,6 +118,8 @@ class StreamSource : public CheckedSource {
   std::optional<Image> Read() override {
     cv::Mat mat;
     if (!capture_.read(mat) || mat.empty()) return std::nullopt;
+    CheckPacket();
+    ++read_;
     return ToImage(mat);
   }
   std::string MissingAfter(int delivered) const override {
@@ -123,7 +128,23 @@ class StreamSource : public CheckedSource {
   }
 
  private:
-  cv::VideoCapture capture_;
+  /// Pictures of another size begin with a key frame, so packet and frame numbers agree there.
+  void CheckPacket() {
+    cv::Mat packet;
+    if (!packets_.isOpened() || !packets_.read(packet) || packet.empty()) return;
+    const auto size = EncodedSize(packet.data, packet.total() * packet.elemSize());
+    if (!size) return;
+    if (!encoded_size_) encoded_size_ = size;
+    if (*size != *encoded_size_)
+      throw InputError(path_, "frame " + std::to_string(read_),
+                       "the size changes from " +
+                           SizeText(encoded_size_->first, encoded_size_->second) + " to " +
+                           SizeText(size->first, size->second));
+  }
+
+  cv::VideoCapture capture_, packets_;
+  std::optional<std::pair<int, int>> encoded_size_;
+  int read_ = 0;
   double fps_ = 25.0;
   int count_ = -1;
   bool exact_count_ = false;
