@@ -1,0 +1,236 @@
+#include "Adapters/Itk/OrganRegion.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "Adapters/Itk/Contour.h"
+#include "Adapters/Itk/Parts.h"
+#include "Adapters/Itk/RandomWalker.h"
+#include "Adapters/Itk/Statistics.h"
+#include "Adapters/Itk/WorkingGrid.h"
+#include "Core/Errors.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kFatHu = -90;    // what surrounds abdominal organs
+constexpr double kMuscleHu = 60;  // and what they touch, at its brightest without contrast
+constexpr double kLargestFineGrid = 12e6;
+
+Eigen::Vector3i NearestIndex(const GridGeometry& grid, const Vec3& point_mm) {
+  const Vec3 index = grid.IndexFromWorld(point_mm);
+  Eigen::Vector3i out;
+  for (int a = 0; a < 3; ++a) out[a] = std::clamp(int(std::lround(index[a])), 0, grid.size[a] - 1);
+  return out;
+}
+
+std::vector<float> BallValues(const ScalarField& image, const Vec3& center_mm, double radius_mm,
+                              const Mask* within) {
+  const auto& grid = image.grid;
+  const Eigen::Vector3i center = NearestIndex(grid, center_mm);
+  Eigen::Vector3i reach;
+  for (int a = 0; a < 3; ++a) reach[a] = int(radius_mm / grid.spacing_mm[a]);
+  std::vector<float> values;
+  for (int k = -reach[2]; k <= reach[2]; ++k)
+    for (int j = -reach[1]; j <= reach[1]; ++j)
+      for (int i = -reach[0]; i <= reach[0]; ++i) {
+        const Vec3 offset = Vec3(i, j, k).cwiseProduct(grid.spacing_mm);
+        const Eigen::Vector3i at = center + Eigen::Vector3i(i, j, k);
+        if (offset.norm() > radius_mm || at.minCoeff() < 0 || (grid.size - at).minCoeff() <= 0)
+          continue;
+        const std::size_t o = grid.Offset(at[0], at[1], at[2]);
+        if (!within || within->values[o]) values.push_back(image.values[o]);
+      }
+  return values;
+}
+
+void FillSame(const ScalarField& image, const Tissue& tissue, Mask* mask) {
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    mask->values[i] = image.values[i] > tissue.low_hu && image.values[i] < tissue.high_hu;
+}
+
+/// Robust mean around the seeds, first small, then over the tissue alike within 25 mm.
+Tissue Learn(const ScalarField& image, const OrganKnowledge& knowledge,
+             const std::vector<Vec3>& seeds, const std::string& source) {
+  std::vector<float> first;
+  for (const Vec3& seed : seeds)
+    for (const float v : BallValues(image, seed, 6, nullptr)) first.push_back(v);
+  Tissue tissue;
+  tissue.mean_hu = Median(first);
+  if (tissue.mean_hu < knowledge.seed_hu[0] || tissue.mean_hu > knowledge.seed_hu[1])
+    throw InputError(
+        source, "organ seed",
+        fmt::format("lies in tissue of {:.0f} HU; {} parenchyma has {:.0f} to {:.0f}",
+                    tissue.mean_hu, knowledge.name, knowledge.seed_hu[0], knowledge.seed_hu[1]));
+  Mask same(image.grid, 0);
+  for (int round = 0; round < 3; ++round) {
+    const double noise = Spread(first, tissue.mean_hu);
+    // An enhanced organ stands out from everything by more than the noise: allow as much.
+    const double enhanced = 0.35 * (tissue.mean_hu - kMuscleHu);
+    tissue.low_hu = tissue.mean_hu - std::max({knowledge.window_hu[0], 3 * noise, enhanced});
+    tissue.high_hu = tissue.mean_hu + std::max({knowledge.window_hu[1], 3 * noise, enhanced});
+    FillSame(image, tissue, &same);
+    std::vector<float> wide;
+    for (const Vec3& seed : seeds)
+      for (const float v : BallValues(image, seed, 25, &same)) wide.push_back(v);
+    if (wide.size() < 20) break;
+    tissue.mean_hu = Median(wide);
+    first = std::move(wide);
+  }
+  return tissue;
+}
+
+/// Part at the seed; the nearest one where the seed sits in a gap of noise.
+int PartAt(const Field<std::int32_t>& part, const Vec3& seed_mm) {
+  const Eigen::Vector3i at = NearestIndex(part.grid, seed_mm);
+  for (int radius = 0; radius < 6; ++radius) {
+    int best = -1;
+    double nearest = 1e9;
+    for (int k = -radius; k <= radius; ++k)
+      for (int j = -radius; j <= radius; ++j)
+        for (int i = -radius; i <= radius; ++i) {
+          const Eigen::Vector3i p = at + Eigen::Vector3i(i, j, k);
+          if (p.minCoeff() < 0 || (part.grid.size - p).minCoeff() <= 0) continue;
+          const int found = part.values[part.grid.Offset(p[0], p[1], p[2])];
+          const double distance = Vec3(i, j, k).norm();
+          if (found >= 0 && distance < nearest) {
+            nearest = distance;
+            best = found;
+          }
+        }
+    if (best >= 0) return best;
+  }
+  return -1;
+}
+
+double HalfVoxel(const GridGeometry& grid) { return 0.5 * grid.spacing_mm.minCoeff(); }
+
+/// What certainly is something else: fat, air and bone, and a person's background seeds.
+bool IsOther(float hu, const Tissue& tissue) {
+  const double boundary = 0.5 * (tissue.mean_hu + kFatHu);
+  return hu < boundary - 25 || hu > tissue.mean_hu + 250;
+}
+
+Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnowledge& knowledge,
+                 const std::vector<Vec3>& seeds, const std::vector<Vec3>& background,
+                 Progress& progress) {
+  Mask same(image.grid, 0);
+  FillSame(image, tissue, &same);
+  const Mask closed = Close(same, knowledge.closing_mm);
+  for (std::size_t i = 0; i < same.values.size(); ++i)
+    if (closed.values[i] && !IsOther(image.values[i], tissue)) same.values[i] = 1;
+  same = FillHoles(same);
+  for (const Vec3& point : background)
+    for (std::size_t i = 0, n = same.values.size(); i < n; ++i) {
+      const auto& s = image.grid.size;
+      const Vec3 index(double(i % s[0]), double(i / s[0] % s[1]),
+                       double(i / (std::size_t(s[0]) * s[1])));
+      if ((image.grid.WorldFromIndex(index) - point).norm() < 3) same.values[i] = 0;
+    }
+  progress.ThrowIfCancelled();
+  progress.Report(0.3, "dividing at necks");
+
+  ScalarField depth = SignedDistance_mm(same);
+  const float half = float(HalfVoxel(image.grid));
+  for (float& d : depth.values) d += d >= 0 ? half : -half;
+  const auto part = DivideAtNecks(depth, knowledge.neck_ratio, 0.2 * image.grid.spacing_mm[0]);
+  std::vector<int> own;
+  for (const Vec3& seed : seeds) own.push_back(PartAt(part, seed));
+  Mask core(image.grid, 0);
+  for (std::size_t i = 0; i < core.values.size(); ++i)
+    core.values[i] =
+        part.values[i] >= 0 && std::find(own.begin(), own.end(), part.values[i]) != own.end();
+  if (Count(core) == 0) return core;
+  progress.ThrowIfCancelled();
+
+  const ScalarField core_depth = SignedDistance_mm(core);
+  Mask markers(image.grid, 0);
+  const double spacing = image.grid.spacing_mm[0];
+  for (std::size_t i = 0; i < core.values.size(); ++i) {
+    const bool other_part = part.values[i] >= 0 && !core.values[i];
+    if (core.values[i] && core_depth.values[i] >= spacing - half)
+      markers.values[i] = 2;
+    else if ((other_part && depth.values[i] > 1.5 * half) || core_depth.values[i] < -4 * spacing ||
+             IsOther(image.values[i], tissue))
+      markers.values[i] = 1;
+  }
+  SubProgress walking(progress, 0.5, 1);
+  return AtLeast(RandomWalk(image, markers, {}, walking), 0.5f);
+}
+
+/// The coarse organ's boundary found again within a band on the CT's voxels.
+Mask Refine(const Volume& ct, const Mask& coarse, const Tissue& tissue,
+            const OrganKnowledge& knowledge, Progress& progress) {
+  Eigen::Vector3i low, high;
+  BoundingBox(coarse, 0, &low, &high);
+  // Room for a tumour that grows out of the organ.
+  const double margin = 4 * coarse.grid.spacing_mm[0] + 12;
+  const Vec3 a = ct.grid.IndexFromWorld(coarse.grid.WorldFromIndex(low.cast<double>()));
+  const Vec3 b = ct.grid.IndexFromWorld(coarse.grid.WorldFromIndex(high.cast<double>()));
+  Eigen::Vector3i from, to;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double voxels = margin / ct.grid.spacing_mm[axis];
+    from[axis] = int(std::floor(std::min(a[axis], b[axis]) - voxels));
+    to[axis] = int(std::ceil(std::max(a[axis], b[axis]) + voxels));
+  }
+  const GridGeometry crop = CropGrid(ct.grid, from, to);
+  // Very fine scans are halved in the plane: the boundary is interpolated back.
+  GridGeometry fine = crop;
+  for (int axis = 0; axis < 3 && double(fine.VoxelCount()) > kLargestFineGrid; ++axis) {
+    if (fine.size[axis] < 64) continue;
+    fine.size[axis] = (fine.size[axis] + 1) / 2;
+    fine.spacing_mm[axis] *= 2;
+  }
+  ScalarField image = Sample(ct, fine, progress);
+  SubProgress denoising(progress, 0, 0.3);
+  image = Denoise(image, 5, denoising);
+  const ScalarField coarse_inside = SignedDistance_mm(coarse);
+  ScalarField inside = Resample(coarse_inside, fine, -1e3f);
+  const double band = 1.5 * coarse.grid.spacing_mm[0];
+  Mask markers(fine, 0);
+  for (std::size_t i = 0; i < inside.values.size(); ++i) {
+    if (inside.values[i] > band)
+      markers.values[i] = 2;
+    else if (inside.values[i] < -band || IsOther(image.values[i], tissue))
+      markers.values[i] = 1;
+  }
+  SubProgress walking(progress, 0.3, 0.6);
+  Mask organ = AtLeast(RandomWalk(image, markers, {}, walking), 0.5f);
+  SubProgress snapping(progress, 0.6, 1);
+  organ = FillHoles(LargestComponent(organ));
+  const ScalarField snapped = SnapToEdges(image, SignedDistance_mm(organ), 15, snapping);
+  if (fine.size == crop.size) return FillHoles(LargestComponent(AtLeast(snapped, 0.f)));
+  return FillHoles(LargestComponent(AtLeast(Resample(snapped, crop, -1e3f), 0.f)));
+}
+
+}  // namespace
+
+OrganRegion FindOrgan(const Volume& ct, const OrganKnowledge& knowledge,
+                      const std::vector<Vec3>& organ, const std::vector<Vec3>& background,
+                      const std::string& seeds_source, Progress& progress) {
+  Vec3 center = Vec3::Zero();
+  for (const Vec3& seed : organ) center += seed / double(organ.size());
+  double reach = knowledge.reach_mm;
+  for (const Vec3& seed : organ)
+    reach = std::max(reach, (seed - center).cwiseAbs().maxCoeff() + 0.7 * knowledge.reach_mm);
+  const GridGeometry grid = WorkingGrid(ct.grid, center, reach, knowledge.working_spacing_mm);
+  SubProgress coarse_part(progress, 0, 0.5), fine_part(progress, 0.5, 1);
+  ScalarField image = Sample(ct, grid, coarse_part);
+  SubProgress denoising(coarse_part, 0, 0.3);
+  image = Denoise(image, 15, denoising);
+
+  OrganRegion region;
+  region.tissue = Learn(image, knowledge, organ, seeds_source);
+  const Mask coarse = CoarseOrgan(image, region.tissue, knowledge, organ, background, coarse_part);
+  if (Count(coarse) == 0)
+    throw InputError(
+        seeds_source, "organ seed",
+        fmt::format("no connected tissue of {:.0f} HU around it", region.tissue.mean_hu));
+  region.mask = Refine(ct, coarse, region.tissue, knowledge, fine_part);
+  if (Count(region.mask) == 0)
+    throw InputError(seeds_source, "organ seed", "no organ boundary was found around it");
+  return region;
+}
+
+}  // namespace kerf
