@@ -1,5 +1,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <array>
@@ -7,6 +9,7 @@
 #include <vector>
 
 #include "Core/Errors.h"
+#include "Meshing/Soup.h"
 #include "Meshing/SurfaceDomain.h"
 
 namespace kerf {
@@ -58,16 +61,17 @@ void RequireClosedSurface(const SurfaceMesh& surface, const std::string& file) {
     throw InputError(file, "orientation",
                      "the surface is inverted (its triangles are clockwise seen from outside)");
 
-  using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
-  std::vector<Point> points(surface.points.rows());
-  for (Index i = 0; i < surface.points.rows(); ++i)
-    points[i] = Point(surface.points(i, 0), surface.points(i, 1), surface.points(i, 2));
-  std::vector<std::array<std::size_t, 3>> triangles(surface.triangles.rows());
-  for (Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) triangles[t][k] = static_cast<std::size_t>(surface.triangles(t, k));
-  std::vector<std::pair<std::size_t, std::size_t>> crossing;
-  CGAL::Polygon_mesh_processing::triangle_soup_self_intersections(points, triangles,
-                                                                  std::back_inserter(crossing));
+  namespace pmp = CGAL::Polygon_mesh_processing;
+  using Mesh = CGAL::Surface_mesh<CGAL::Exact_predicates_inexact_constructions_kernel::Point_3>;
+  std::vector<Mesh::Point> points;
+  std::vector<std::array<std::size_t, 3>> triangles;
+  ToSoup(surface, &points, &triangles);
+  if (!pmp::is_polygon_soup_a_polygon_mesh(triangles))
+    throw InputError(file, "triangles", "the surface is pinched: a point joins separate fans");
+  Mesh mesh;
+  pmp::polygon_soup_to_polygon_mesh(points, triangles, mesh);
+  std::vector<std::pair<Mesh::Face_index, Mesh::Face_index>> crossing;
+  pmp::self_intersections(mesh, std::back_inserter(crossing));
   if (!crossing.empty()) {
     const auto first = *std::min_element(crossing.begin(), crossing.end());
     throw InputError(

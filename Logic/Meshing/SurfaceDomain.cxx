@@ -8,6 +8,7 @@
 #include <array>
 
 #include "Meshing/Mesh3.h"
+#include "Meshing/Soup.h"
 
 namespace kerf {
 namespace {
@@ -24,19 +25,11 @@ constexpr double kSharpEdge_deg = 50.0;
 
 class SurfaceDomain : public DomainMesher {
  public:
-  SurfaceDomain(const SurfaceMesh& surface, const std::string& file)
-      : volume_mm3_(surface.SignedVolume()) {
-    namespace pmp = CGAL::Polygon_mesh_processing;
-    std::vector<Kernel::Point_3> points(surface.points.rows());
-    for (Index i = 0; i < surface.points.rows(); ++i)
-      points[i] = Kernel::Point_3(surface.points(i, 0), surface.points(i, 1), surface.points(i, 2));
-    std::vector<std::array<std::size_t, 3>> triangles(surface.triangles.rows());
-    for (Index t = 0; t < surface.triangles.rows(); ++t)
-      for (int k = 0; k < 3; ++k)
-        triangles[t][k] = static_cast<std::size_t>(surface.triangles(t, k));
-    if (!pmp::is_polygon_soup_a_polygon_mesh(triangles))
-      throw InputError(file, "triangles", "the surface is pinched (a point joins separate fans)");
-    pmp::polygon_soup_to_polygon_mesh(points, triangles, polyhedron_);
+  explicit SurfaceDomain(const SurfaceMesh& surface) : volume_mm3_(surface.SignedVolume()) {
+    std::vector<Kernel::Point_3> points;
+    std::vector<std::array<std::size_t, 3>> triangles;
+    ToSoup(surface, &points, &triangles);
+    CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, triangles, polyhedron_);
   }
 
   double Volume_mm3() const override { return volume_mm3_; }
@@ -69,9 +62,8 @@ class SurfaceDomain : public DomainMesher {
 
 }  // namespace
 
-std::unique_ptr<DomainMesher> MakeSurfaceDomain(const SurfaceMesh& surface,
-                                                const std::string& file) {
-  return std::make_unique<SurfaceDomain>(surface, file);
+std::unique_ptr<DomainMesher> MakeSurfaceDomain(const SurfaceMesh& surface) {
+  return std::make_unique<SurfaceDomain>(surface);
 }
 
 }  // namespace kerf

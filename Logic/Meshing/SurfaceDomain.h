@@ -9,10 +9,8 @@
 namespace kerf {
 
 /// The inside of a closed surface; edges sharper than 50° are kept as edges of the mesh.
-/// @throws InputError naming `file` when the surface cannot be used (checked by
-/// RequireClosedSurface before)
-std::unique_ptr<DomainMesher> MakeSurfaceDomain(const SurfaceMesh& surface,
-                                                const std::string& file);
+/// @param surface one that passes RequireClosedSurface
+std::unique_ptr<DomainMesher> MakeSurfaceDomain(const SurfaceMesh& surface);
 
 /// @throws InputError naming `file` and the triangle or edge: not finite, open, not manifold,
 /// triangles of opposite orientation, turned inside out, self-intersecting

@@ -37,7 +37,7 @@ TetMesh MeshClosedSurface(const SurfaceMesh& surface, const std::string& file,
   RequireCount(options);
   progress.Report(0.0, "checking the surface");
   RequireClosedSurface(surface, file);
-  TetMesh mesh = MeshToCount(*MakeSurfaceDomain(surface, file), file, options, progress, report);
+  TetMesh mesh = MeshToCount(*MakeSurfaceDomain(surface), file, options, progress, report);
   progress.Report(1.0, "meshed");
   return mesh;
 }

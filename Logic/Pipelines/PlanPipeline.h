@@ -23,11 +23,13 @@ struct PlannedCase {
   std::optional<Volume> ct;
   MeshingReport report;       ///< quality only, after ReadCase
   EmbeddingReport embedding;  ///< over all structures
+  /// Inputs (SHA-256, no names) and parameters, for the manifest.
+  std::map<std::string, std::string> provenance;
 };
 
 /// Label map (1 organ, 2 tumour, 3 inner structure) → organ mesh, structure surfaces, embedding.
 /// Deterministic.
-/// @throws InputError naming labels.source: no organ, unknown labels; Cancelled
+/// @throws InputError naming labels.source: no voxel of these labels; Cancelled
 PlannedCase PlanFromLabels(const LabelMap& labels, const MeshingOptions& options,
                            Progress& progress);
 
