@@ -17,8 +17,12 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "kerf " KERF_VERSION " (" KERF_BASELINE ")");
   app.require_subcommand(1);
   app.fallthrough(false);
+  kerf::AddPlanCommand(app, context);
   kerf::AddPhantomCommand(app, context);
+  kerf::AddReplayCommand(app, context);
   kerf::AddEvaluateCommand(app, context);
+  kerf::AddExportCommand(app, context);
+  kerf::AddCalibrateCommand(app, context);
   kerf::InstallCancelHandler();
 
   try {
