@@ -66,6 +66,12 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
   for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].size_mm /= count[v];
 }
 
+void CutPatch::MarkCore(const std::vector<Index>& tets_of_mesh) {
+  for (std::size_t t = 0; t < old_tet.size(); ++t)
+    if (std::binary_search(tets_of_mesh.begin(), tets_of_mesh.end(), old_tet[t]))
+      for (int v : tets[t].v) vertices[v].core = true;
+}
+
 void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
   struct Face {
     int low, high;
@@ -141,6 +147,7 @@ int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
   Vertex vertex;
   vertex.rest = (1 - t) * vertices[a].rest + t * vertices[b].rest;
   vertex.current = (1 - t) * vertices[a].current + t * vertices[b].current;
+  vertex.core = true;
   vertex.size_mm = 0.5 * (vertices[a].size_mm + vertices[b].size_mm);
   vertices.push_back(vertex);
   star.emplace_back();
@@ -197,7 +204,10 @@ int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* 
     for (int v : tets[t].v) more.insert(more.end(), star[v].begin(), star[v].end());
   std::sort(more.begin(), more.end());
   more.erase(std::unique(more.begin(), more.end()), more.end());
-  for (int t : more) visit(t);
+  for (int t : more) {
+    visit(t);
+    if (inside >= -1e-12) break;
+  }
   return best;
 }
 

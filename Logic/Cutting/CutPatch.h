@@ -17,6 +17,7 @@ class CutPatch {
     bool frozen = false;
     bool moved = false;
     bool on = false;     ///< counts as lying on S
+    bool core = false;   ///< corner of a tetrahedron that S crosses
     double size_mm = 0;  ///< mean length of its edges when the patch was made
   };
   struct Tet {
@@ -39,6 +40,9 @@ class CutPatch {
   /// the patch
   CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
            const std::vector<char>& inner);
+
+  /// Marks the corners of these tetrahedra (numbers of the whole mesh, ascending).
+  void MarkCore(const std::vector<Index>& tets_of_mesh);
 
   /// Boundary triangles of the organ around an inner vertex.
   void BoundaryFan(int v, std::vector<FanFace>* fan) const;

@@ -69,9 +69,12 @@ std::vector<std::array<int, 2>> EdgesNear(const CutPatch& patch,
 std::vector<SurfaceNear> NearOf(const SurfaceIndex& surface, const CutPatch& patch) {
   std::vector<SurfaceNear> near(patch.vertices.size());
   for (std::size_t v = 0; v < near.size(); ++v) {
+    if (!patch.vertices[v].core) continue;
     double longest = 0;
-    for (int w : patch.Neighbors(static_cast<int>(v)))
-      longest = std::max(longest, (patch.vertices[v].rest - patch.vertices[w].rest).squaredNorm());
+    for (int t : patch.star[v])
+      for (int w : patch.tets[t].v)
+        longest =
+            std::max(longest, (patch.vertices[v].rest - patch.vertices[w].rest).squaredNorm());
     near[v] = surface.Closest(patch.vertices[v].rest, std::sqrt(longest));
   }
   return near;
@@ -133,6 +136,7 @@ std::vector<std::array<int, 2>> EdgesCrossed(const SurfaceIndex& surface, const 
 
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
                    const CutPatch& before, CutPatch* patch) {
+  MarkVerticesOnS(surface, patch);
   const auto near = NearOf(surface, *patch);
   std::vector<Candidate> candidates;
   std::vector<int> candidate_of(patch->vertices.size(), -1);
@@ -146,11 +150,9 @@ Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
     if (across >= 0) c.across.push_back(across);
   };
   for (std::size_t v = 0; v < near.size(); ++v) {
-    auto& vertex = patch->vertices[v];
-    if (near[v].triangle < 0) continue;
-    if (near[v].distance_mm <= kOnS * vertex.size_mm)
-      vertex.on = true;
-    else if (near[v].distance_mm <= 0.02 * vertex.size_mm)
+    const auto& vertex = patch->vertices[v];
+    if (near[v].triangle < 0 || vertex.on) continue;
+    if (near[v].distance_mm <= 0.02 * vertex.size_mm)
       add(static_cast<int>(v), near[v].distance_mm / vertex.size_mm, -1);
   }
   for (const auto& [a, b] : EdgesNear(*patch, near)) {

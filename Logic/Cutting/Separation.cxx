@@ -183,40 +183,56 @@ class Opening {
   }
 };
 
+/// The pieces of a patch, by shared vertices.
+class Pieces {
+ public:
+  explicit Pieces(const CutPatch& patch) : root_(patch.vertices.size()) {
+    std::iota(root_.begin(), root_.end(), 0);
+    for (const auto& tet : patch.tets) {
+      int a = Find(tet.v[0]);
+      for (int k = 1; k < 4; ++k) {
+        const int b = Find(tet.v[k]);
+        if (a == b) continue;
+        root_[std::max(a, b)] = std::min(a, b);
+        a = std::min(a, b);
+      }
+    }
+  }
+  int Find(int v) {
+    while (root_[v] != v) v = root_[v] = root_[root_[v]];
+    return v;
+  }
+  int Count() const {
+    int count = 0;
+    for (std::size_t v = 0; v < root_.size(); ++v) count += root_[v] == static_cast<int>(v);
+    return count;
+  }
+
+ private:
+  std::vector<int> root_;
+};
+
 /// Pieces that the opening cuts off and that are no more than a few tetrahedra: marks their
 /// tetrahedra.
-std::vector<char> Chips(const Opening& opening) {
-  const CutPatch& patch = opening.patch;
-  std::vector<int> root(patch.vertices.size());
-  std::iota(root.begin(), root.end(), 0);
-  auto find = [&](int i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  double volume = 0;
+std::vector<char> Chips(const CutPatch& patch, Pieces* pieces) {
   std::vector<double> volume_of(patch.vertices.size(), 0);
-  auto tet_volume = [&](const CutPatch::Tet& tet) {
-    const Vec3 a = patch.vertices[tet.v[0]].rest;
-    return (patch.vertices[tet.v[1]].rest - a)
-               .dot((patch.vertices[tet.v[2]].rest - a).cross(patch.vertices[tet.v[3]].rest - a)) /
-           6;
-  };
-  for (const auto& tet : patch.tets)
-    for (int k = 1; k < 4; ++k) {
-      const int a = find(tet.v[0]), b = find(tet.v[k]);
-      root[std::max(a, b)] = std::min(a, b);
-    }
   std::vector<char> anchored(patch.vertices.size(), 0);
+  double volume = 0;
   for (std::size_t v = 0; v < patch.vertices.size(); ++v)
-    if (patch.vertices[v].frozen) anchored[find(static_cast<int>(v))] = 1;
+    if (patch.vertices[v].frozen) anchored[pieces->Find(static_cast<int>(v))] = 1;
   for (const auto& tet : patch.tets) {
-    volume += tet_volume(tet);
-    volume_of[find(tet.v[0])] += tet_volume(tet);
+    const Vec3 a = patch.vertices[tet.v[0]].rest;
+    const double v =
+        (patch.vertices[tet.v[1]].rest - a)
+            .dot((patch.vertices[tet.v[2]].rest - a).cross(patch.vertices[tet.v[3]].rest - a)) /
+        6;
+    volume += v;
+    volume_of[pieces->Find(tet.v[0])] += v;
   }
   const double small = 3 * volume / double(patch.tets.size());
   std::vector<char> chip(patch.tets.size(), 0);
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
-    const int r = find(patch.tets[t].v[0]);
+    const int r = pieces->Find(patch.tets[t].v[0]);
     chip[t] = !anchored[r] && volume_of[r] < small;
   }
   return chip;
@@ -225,6 +241,7 @@ std::vector<char> Chips(const Opening& opening) {
 }  // namespace
 
 std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
+  for (auto& vertex : near.vertices) vertex.core = true;
   MarkVerticesOnS(surface, &near);
   std::vector<char> work(near.tets.size(), 0);
   for (const auto& face : FacesOnS(surface, near)) work[face.tet[0]] = work[face.tet[1]] = 1;
@@ -251,7 +268,10 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
       bad[opening.origin[v]] = 1;
       any = true;
     }
-    const std::vector<char> chip = Chips(opening);
+    Pieces pieces(opening.patch);
+    const int piece_count = pieces.Count();
+    const std::vector<char> chip =
+        piece_count > 1 ? Chips(opening.patch, &pieces) : std::vector<char>(patch->tets.size(), 0);
     for (OpenFace& face : faces) {
       if (!face.open) continue;
       if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) face.open = false;
@@ -275,6 +295,7 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
       report.area_mm2 += face.area_mm2;
     }
     report.duplicated_vertices = opening.duplicated;
+    report.same_pieces = piece_count == Pieces(*patch).Count();
     *patch = std::move(opening.patch);
     return report;
   }

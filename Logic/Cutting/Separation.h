@@ -8,7 +8,8 @@ namespace kerf {
 struct SeparationReport {
   std::vector<OpenedFace> faces;  ///< in numbers of the patch
   Index duplicated_vertices = 0;
-  double area_mm2 = 0;  ///< one side
+  double area_mm2 = 0;       ///< one side
+  bool same_pieces = false;  ///< the patch hangs together as it did before: no piece came off
 };
 
 /// Opens the patch along its faces on S: vertices are duplicated by the components of their

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <optional>
 
@@ -14,6 +15,8 @@ namespace kerf {
 namespace {
 
 constexpr double kDeformedAngle_deg = 0.6;
+constexpr double kContextEdges =
+    5;                     // mean edges around what is new in S in which the old S still counts
 constexpr int kRings = 2;  // around the tetrahedra that S crosses: room for snapping and smoothing
 
 double AngleOf(double cosine) {
@@ -25,21 +28,77 @@ struct Chosen {
   std::vector<char> inner;  // vertices whose tetrahedra are all chosen
 };
 
-/// Tetrahedra whose box meets S.
+std::uint64_t HashOf(const CutSurface& surface, Index triangle) {
+  std::uint64_t hash = 1469598103934665603u;
+  for (int k = 0; k < 3; ++k)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = surface.points(surface.triangles(triangle, k), axis);
+      std::uint64_t bits;
+      std::memcpy(&bits, &x, sizeof(bits));
+      hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+      hash ^= hash >> 29;
+    }
+  return hash;
+}
+
+struct Box {
+  Eigen::RowVector3d low = Eigen::RowVector3d::Constant(1e300);
+  Eigen::RowVector3d high = Eigen::RowVector3d::Constant(-1e300);
+  template <class Row>
+  void Add(const Row& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  void Grow(double margin) {
+    low.array() -= margin;
+    high.array() += margin;
+  }
+  bool Meets(const Box& o) const {
+    return (low.array() <= o.high.array()).all() && (o.low.array() <= high.array()).all();
+  }
+};
+
+Box BoxOf(const Points& points,
+          const Eigen::Ref<const Eigen::Matrix<Index, 1, Eigen::Dynamic>>& row) {
+  Box box;
+  for (Index k = 0; k < row.size(); ++k) box.Add(points.row(row[k]));
+  return box;
+}
+
+/// The triangles that `take` chooses, with all points.
+template <class Take>
+CutSurface Part(const CutSurface& surface, Take take) {
+  CutSurface part;
+  part.points = surface.points;
+  part.triangles.resize(surface.triangles.rows(), 3);
+  Index n = 0;
+  for (Index t = 0; t < surface.triangles.rows(); ++t)
+    if (take(t)) part.triangles.row(n++) = surface.triangles.row(t);
+  part.triangles.conservativeResize(n, 3);
+  return part;
+}
+
+double MeanEdge_mm(const TetMesh& mesh) {
+  double sum = 0;
+  Index n = 0;
+  const Index stride = std::max<Index>(1, mesh.TetCount() / 500);
+  for (Index t = 0; t < mesh.TetCount(); t += stride, ++n)
+    sum += (mesh.rest.row(mesh.tets(t, 0)) - mesh.rest.row(mesh.tets(t, 1))).norm();
+  return n > 0 ? sum / n : 0;
+}
+
+/// Tetrahedra whose box, with a margin, meets S.
 std::vector<Index> TetsNear(const TetMesh& mesh, const CutSurface& surface,
-                            const SurfaceIndex& index) {
-  const Eigen::RowVector3d low = surface.points.colwise().minCoeff();
-  const Eigen::RowVector3d high = surface.points.colwise().maxCoeff();
+                            const SurfaceIndex& index, double margin_mm) {
+  Box box;
+  for (Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) box.Add(surface.points.row(surface.triangles(t, k)));
   std::vector<Index> near;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
-    const auto v = mesh.tets.row(t);
-    Eigen::RowVector3d tet_low = mesh.rest.row(v[0]), tet_high = tet_low;
-    for (int k = 1; k < 4; ++k) {
-      tet_low = tet_low.cwiseMin(mesh.rest.row(v[k]));
-      tet_high = tet_high.cwiseMax(mesh.rest.row(v[k]));
-    }
-    if ((tet_low.array() > high.array()).any() || (tet_high.array() < low.array()).any()) continue;
-    if (index.MeetsBox(tet_low.transpose(), tet_high.transpose())) near.push_back(t);
+    Box tet = BoxOf(mesh.rest, mesh.tets.row(t));
+    tet.Grow(margin_mm);
+    if (tet.Meets(box) && index.MeetsBox(tet.low.transpose(), tet.high.transpose()))
+      near.push_back(t);
   }
   return near;
 }
@@ -177,29 +236,34 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const Attem
   return change;
 }
 
-void ReportComponents(const TetMesh& mesh, CutReport* report) {
+/// Pieces share no vertices: the boundary is 2-manifold.
+std::vector<double> ComponentVolumes_mm3(const TetMesh& mesh) {
   std::vector<Index> root(mesh.VertexCount());
   std::iota(root.begin(), root.end(), 0);
   auto find = [&](Index i) {
     while (root[i] != i) i = root[i] = root[root[i]];
     return i;
   };
-  for (Index t = 0; t < mesh.TetCount(); ++t)
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    Index a = find(mesh.tets(t, 0));
     for (int k = 1; k < 4; ++k) {
-      const Index a = find(mesh.tets(t, 0)), b = find(mesh.tets(t, k));
+      const Index b = find(mesh.tets(t, k));
+      if (a == b) continue;
       root[std::max(a, b)] = std::min(a, b);
+      a = std::min(a, b);
     }
+  }
   std::vector<int> component(mesh.VertexCount(), -1);
-  report->component_volume_mm3.clear();
+  std::vector<double> volumes;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
     int& c = component[find(mesh.tets(t, 0))];
     if (c < 0) {
-      c = static_cast<int>(report->component_volume_mm3.size());
-      report->component_volume_mm3.push_back(0);
+      c = static_cast<int>(volumes.size());
+      volumes.push_back(0);
     }
-    report->component_volume_mm3[c] += TetVolume(mesh.rest, mesh.tets, t);
+    volumes[c] += TetVolume(mesh.rest, mesh.tets, t);
   }
-  report->components = static_cast<int>(report->component_volume_mm3.size());
+  return volumes;
 }
 
 }  // namespace
@@ -211,20 +275,61 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   CutReport unused;
   CutReport& out = report ? *report : unused;
   out = {};
+  const bool known = Knows(mesh);
+  auto report_components = [&](const TetMesh& of, bool same_pieces) {
+    if (known && same_pieces)
+      out.component_volume_mm3 = memory_.component_volume_mm3;
+    else
+      out.component_volume_mm3 = ComponentVolumes_mm3(of);
+    out.components = static_cast<int>(out.component_volume_mm3.size());
+  };
+  auto remember = [&](const TetMesh& result, std::vector<std::uint64_t> triangles) {
+    memory_ = {std::move(triangles), result.VertexCount(), result.TetCount(),
+               out.component_volume_mm3};
+  };
   auto refuse = [&](const char* reason) {
     out.reason = reason;
-    ReportComponents(mesh, &out);
+    report_components(mesh, true);
     return Unchanged(mesh);
   };
-  const SurfaceIndex index(surface);
-  if (index.Empty()) return refuse("the separation surface is empty");
-  const std::vector<Index> near = TetsNear(mesh, surface, index);
-  if (near.empty()) return refuse("the separation surface does not meet the organ");
-  const std::vector<char> all_inner(mesh.VertexCount(), 1);
-  const std::vector<Index> work = TetsToWorkOn(index, CutPatch(mesh, nullptr, near, all_inner));
-  if (work.empty()) return refuse("the separation surface separates nothing new");
+
+  // Where S is new, and the part of S around it.
+  std::vector<std::uint64_t> hashes(surface.triangles.rows());
+  for (Index t = 0; t < surface.triangles.rows(); ++t) hashes[t] = HashOf(surface, t);
+  const CutSurface fresh = Part(surface, [&](Index t) {
+    return !known ||
+           !std::binary_search(memory_.triangles.begin(), memory_.triangles.end(), hashes[t]);
+  });
+  std::sort(hashes.begin(), hashes.end());
+  const SurfaceIndex fresh_index(fresh);
+  if (fresh_index.Empty())
+    return refuse(surface.triangles.rows() == 0 ? "the separation surface is empty"
+                                                : "the separation surface separates nothing new");
+  const double edge_mm = MeanEdge_mm(mesh);
+  Box around;
+  for (Index t = 0; t < fresh.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) around.Add(fresh.points.row(fresh.triangles(t, k)));
+  around.Grow(kContextEdges * edge_mm);
+  const SurfaceIndex index(Part(surface, [&](Index t) {
+    return around.Meets(BoxOf(surface.points, surface.triangles.row(t)));
+  }));
+
+  const std::vector<Index> near = TetsNear(mesh, fresh, fresh_index, known ? edge_mm : 0);
+  std::vector<Index> work;
+  if (!near.empty()) {
+    const std::vector<char> all_inner(mesh.VertexCount(), 1);
+    work = TetsToWorkOn(index, CutPatch(mesh, nullptr, near, all_inner));
+  }
+  if (work.empty()) {
+    TopologyChange unchanged =
+        refuse(near.empty() ? "the separation surface does not meet the organ"
+                            : "the separation surface separates nothing new");
+    remember(mesh, std::move(hashes));
+    return unchanged;
+  }
   const Chosen chosen = WithRings(mesh, work, kRings);
-  const CutPatch before(mesh, positions, chosen.tets, chosen.inner);
+  CutPatch before(mesh, positions, chosen.tets, chosen.inner);
+  before.MarkCore(work);
 
   double before_deg = 180, before_current_deg = 180;
   for (std::size_t t = 0; t < before.tets.size(); ++t) {
@@ -237,11 +342,15 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
 
   std::optional<Attempt> best;
   bool separates = false;
+  int idle = 0;
   for (double factor : {1.0, 0.7, 1.25, 0.45}) {
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options_.snap_fraction;
     Attempt attempt = Try(before, index, remeshing, options_.snapping);
-    if (attempt.separation.faces.empty()) continue;
+    if (attempt.separation.faces.empty()) {
+      if (++idle == 2 && !separates) break;  // S only touches the organ
+      continue;
+    }
     separates = true;
     if (attempt.angle_current_deg < required_current_deg && before.deformed) continue;
     if (!best || attempt.angle_deg > best->angle_deg) best = std::move(attempt);
@@ -260,7 +369,8 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   out.duplicated_vertices = best->separation.duplicated_vertices;
   out.cut_area_mm2 = best->separation.area_mm2;
   out.smallest_dihedral_deg = best->angle_deg;
-  ReportComponents(change.mesh, &out);
+  report_components(change.mesh, best->separation.same_pieces);
+  remember(change.mesh, std::move(hashes));
   return change;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -40,7 +41,17 @@ class TetCutter {
                      const Points* positions = nullptr);
 
  private:
+  struct Memory {                          ///< of the last call that left nothing to do
+    std::vector<std::uint64_t> triangles;  ///< hashes of the surface's triangles, ascending
+    Index vertices = -1, tets = -1;        ///< of the mesh it returned
+    std::vector<double> component_volume_mm3;
+  };
+  bool Knows(const TetMesh& mesh) const {
+    return memory_.vertices == mesh.VertexCount() && memory_.tets == mesh.TetCount();
+  }
+
   CutOptions options_;
+  Memory memory_;
 };
 
 }  // namespace kerf
