@@ -3,10 +3,10 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkFloatArray.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
@@ -17,9 +17,9 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "Adapters/Rendering/LensCamera.h"
+#include "Adapters/Rendering/vtkKerfLensWarp.h"
 
 // Registers VTK's OpenGL and FreeType factories for whoever links this library, however it was
 // linked.
@@ -30,18 +30,17 @@ VTK_MODULE_INIT(vtkRenderingFreeType)
 namespace kerf {
 namespace {
 
-constexpr double kNearest_mm = 1.0;
-
-// One surface in the scene: keeps its connectivity from frame to frame and only moves the points
-// while it is the same.
+// One surface of the scene as a VTK pipeline: source → lens → mapper. Keeps its connectivity from
+// frame to frame and only moves the points while it is the same.
 class BufferActor {
  public:
   BufferActor() {
-    colors_->SetNumberOfComponents(3);
-    poly_->SetPoints(points_);
-    points_->SetDataTypeToFloat();
-    poly_->GetPointData()->SetScalars(colors_);
-    mapper_->SetInputData(poly_);
+    cut_flags_->SetName("cut_face");
+    source_->SetPoints(points_);
+    source_->GetCellData()->AddArray(cut_flags_);
+    points_->SetDataTypeToDouble();
+    lens_->SetInputData(source_);
+    mapper_->SetInputConnection(lens_->GetOutputPort());
     mapper_->SetColorModeToDirectScalars();
     mapper_->SetScalarModeToUsePointData();
     actor_->SetMapper(mapper_);
@@ -51,114 +50,55 @@ class BufferActor {
   vtkActor* Actor() { return actor_; }
 
   // Extends [near, far] by the depths of what can be seen.
-  void Update(const GeometryBuffers::Part& part, const CameraModel& camera,
-              const LensDistortion& lens, double* near_mm, double* far_mm) {
-    UpdateTopology(part);
-    const Index n = static_cast<Index>(source_.size());
-    Points eye(n, 3), normal = Points::Zero(n, 3);
-    for (Index i = 0; i < n; ++i)
-      eye.row(i) = (camera.camera_from_world * Vec3(part.mesh->points.row(source_[i]).transpose()))
-                       .transpose();
-    for (Index t = 0; t < corners_.rows(); ++t) {
-      const auto c = corners_.row(t);
-      const Vec3 a = eye.row(c[0]), b = eye.row(c[1]), d = eye.row(c[2]);
-      const Vec3 area = (b - a).cross(d - a);
-      for (int k = 0; k < 3; ++k) normal.row(c[k]) += area.transpose();
-    }
-    points_->SetNumberOfPoints(n);
-    colors_->SetNumberOfTuples(n);
-    float* xyz = vtkFloatArray::SafeDownCast(points_->GetData())->GetPointer(0);
-    unsigned char* rgb = colors_->GetPointer(0);
-    bool behind = false;
-    for (Index i = 0; i < n; ++i) {
-      const Vec3 p = eye.row(i);
-      const Vec3 bent = lens.Apply(p);
-      for (int k = 0; k < 3; ++k) xyz[3 * i + k] = static_cast<float>(bent[k]);
-      const double scale = normal.row(i).norm() * p.norm();
-      const double facing = scale > 0 ? std::abs(normal.row(i).dot(p)) / scale : 0.0;
-      rgb[3 * i] = static_cast<unsigned char>(std::lround(255.0 * std::min(1.0, facing)));
-      rgb[3 * i + 1] = surface_[i];
-      rgb[3 * i + 2] = 0;
-      if (p.z() < kNearest_mm) {
-        behind = true;
-      } else {
-        *near_mm = std::min(*near_mm, p.z());
-        *far_mm = std::max(*far_mm, p.z());
-      }
-    }
-    if (behind || dropped_) UpdateCells(eye);
+  void Update(const GeometryBuffers::Part& part, const CameraModel& camera, double* near_mm,
+              double* far_mm) {
+    const Points& p = part.mesh->points;
+    points_->SetNumberOfPoints(p.rows());
+    std::copy_n(p.data(), p.size(), static_cast<double*>(points_->GetVoidPointer(0)));
     points_->Modified();
-    colors_->Modified();
-    poly_->Modified();
+    UpdateCells(part);
+    source_->Modified();
+    if (!has_lens_) lens_->SetLens(camera);
+    has_lens_ = true;
+    if (lens_->GetSurfaceClass() != part.surface) lens_->SetSurfaceClass(part.surface);
+    lens_->SetCutFaceClass(GeometryBuffers::CutFace);
+    lens_->Update();
+    *near_mm = std::min(*near_mm, lens_->GetDepthRange()[0]);
+    *far_mm = std::max(*far_mm, lens_->GetDepthRange()[1]);
   }
 
  private:
-  void UpdateTopology(const GeometryBuffers::Part& part) {
+  void UpdateCells(const GeometryBuffers::Part& part) {
     const Triangles& triangles = part.mesh->triangles;
-    const std::vector<std::uint8_t> cut =
-        part.cut_face ? *part.cut_face : std::vector<std::uint8_t>();
-    const Index points = static_cast<Index>(part.mesh->points.rows());
-    if (points == mesh_points_ && cut == cut_ && kind_ == part.surface &&
-        triangles.rows() == triangles_.rows() && triangles == triangles_)
-      return;
+    const std::vector<std::uint8_t> none;
+    const std::vector<std::uint8_t>& cut = part.cut_face ? *part.cut_face : none;
+    if (cut == cut_ && triangles.rows() == triangles_.rows() && triangles == triangles_) return;
     triangles_ = triangles;
     cut_ = cut;
-    kind_ = part.surface;
-    mesh_points_ = points;
-    // A vertex on the edge of a cut gets one copy for each side, so that neither class nor normal
-    // is mixed there.
-    std::vector<Index> copy[2];
-    source_.clear();
-    surface_.clear();
-    corners_.resize(triangles.rows(), 3);
-    copy[0].assign(points, -1);
-    copy[1].assign(points, -1);
-    for (Index t = 0; t < triangles.rows(); ++t) {
-      const bool face = !cut.empty() && cut[t] != 0;
-      for (int k = 0; k < 3; ++k) {
-        Index& id = copy[face][triangles(t, k)];
-        if (id < 0) {
-          id = static_cast<Index>(source_.size());
-          source_.push_back(triangles(t, k));
-          surface_.push_back(face ? GeometryBuffers::CutFace : part.surface);
-        }
-        corners_(t, k) = id;
-      }
-    }
-    dropped_ = true;  // cells must be rebuilt
-  }
-
-  // Triangles that reach behind the camera are left out: a lens has no image of them.
-  void UpdateCells(const Points& eye) {
     vtkNew<vtkIdTypeArray> connectivity, offsets;
-    dropped_ = false;
-    for (Index t = 0; t < corners_.rows(); ++t) {
-      const auto c = corners_.row(t);
-      if (eye(c[0], 2) < kNearest_mm || eye(c[1], 2) < kNearest_mm || eye(c[2], 2) < kNearest_mm) {
-        dropped_ = true;
-        continue;
-      }
-      offsets->InsertNextValue(connectivity->GetNumberOfValues());
-      for (int k = 0; k < 3; ++k) connectivity->InsertNextValue(c[k]);
-    }
-    offsets->InsertNextValue(connectivity->GetNumberOfValues());
+    connectivity->SetNumberOfValues(triangles.size());
+    offsets->SetNumberOfValues(triangles.rows() + 1);
+    std::copy_n(triangles.data(), triangles.size(), connectivity->GetPointer(0));
+    for (Index t = 0; t <= triangles.rows(); ++t) offsets->SetValue(t, 3 * t);
     vtkNew<vtkCellArray> cells;
     cells->SetData(offsets, connectivity);
-    poly_->SetPolys(cells);
+    source_->SetPolys(cells);
+    cut_flags_->SetNumberOfTuples(triangles.rows());
+    cut_flags_->Fill(0);
+    for (std::size_t t = 0; t < cut.size(); ++t)
+      cut_flags_->SetValue(static_cast<vtkIdType>(t), cut[t]);
+    cut_flags_->Modified();
   }
 
   vtkNew<vtkPoints> points_;
-  vtkNew<vtkUnsignedCharArray> colors_;
-  vtkNew<vtkPolyData> poly_;
+  vtkNew<vtkUnsignedCharArray> cut_flags_;
+  vtkNew<vtkPolyData> source_;
+  vtkNew<vtkKerfLensWarp> lens_;
   vtkNew<vtkPolyDataMapper> mapper_;
   vtkNew<vtkActor> actor_;
-  Triangles triangles_, corners_;
+  Triangles triangles_;
   std::vector<std::uint8_t> cut_;
-  std::vector<Index> source_;          // mesh point of each drawn vertex
-  std::vector<std::uint8_t> surface_;  // class of each drawn vertex
-  GeometryBuffers::Surface kind_ = GeometryBuffers::Nothing;
-  Index mesh_points_ = -1;
-  bool dropped_ = false;
+  bool has_lens_ = false;
 };
 
 void Prepare(GeometryBuffer* buffer, int width, int height) {
@@ -173,7 +113,8 @@ void Prepare(GeometryBuffer* buffer, int width, int height) {
 }  // namespace
 
 struct GeometryBuffers::Implementation {
-  explicit Implementation(const CameraModel& c) : camera(c), lens(c) {
+  explicit Implementation(const CameraModel& c)
+      : camera(c), ideal(LensDistortion(c).IdealPinhole()) {
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(0);
     window->SwapBuffersOff();  // nobody looks at the window: only its buffers are read
@@ -195,7 +136,7 @@ struct GeometryBuffers::Implementation {
     for (std::size_t i = 0; i < actors[side].size(); ++i) {
       const bool shown = i < parts.size() && parts[i].mesh && !parts[i].mesh->Empty();
       actors[side][i]->Actor()->SetVisibility(shown);
-      if (shown) actors[side][i]->Update(parts[i], camera, lens, near_mm, far_mm);
+      if (shown) actors[side][i]->Update(parts[i], camera, near_mm, far_mm);
     }
   }
 
@@ -219,7 +160,7 @@ struct GeometryBuffers::Implementation {
   }
 
   CameraModel camera;
-  LensDistortion lens;
+  CameraModel ideal;
   vtkNew<vtkRenderWindow> window;
   vtkNew<vtkRenderer> renderer[2];
   vtkNew<vtkCamera> vtk_camera;
@@ -236,12 +177,12 @@ const GeometryBuffer& GeometryBuffers::Front() const { return implementation_->b
 const GeometryBuffer& GeometryBuffers::Inside() const { return implementation_->buffer[1]; }
 
 void GeometryBuffers::Render(const std::vector<Part>& front, const std::vector<Part>& inside) {
-  double near_mm = 1e9, far_mm = kNearest_mm;
+  double near_mm = 1e9, far_mm = vtkKerfLensWarp::NearestDepth;
   implementation_->Update(0, front, &near_mm, &far_mm);
   implementation_->Update(1, inside, &near_mm, &far_mm);
-  near_mm = std::max(0.5 * kNearest_mm, 0.98 * std::min(near_mm, far_mm));
+  near_mm = std::max(0.5 * vtkKerfLensWarp::NearestDepth, 0.98 * std::min(near_mm, far_mm));
   far_mm = std::max(1.02 * far_mm, near_mm + 1.0);
-  SetLensCamera(implementation_->lens.IdealPinhole(), near_mm, far_mm, implementation_->vtk_camera);
+  SetLensCamera(implementation_->ideal, near_mm, far_mm, implementation_->vtk_camera);
   implementation_->window->Render();
   implementation_->Read(near_mm, far_mm);
 }
