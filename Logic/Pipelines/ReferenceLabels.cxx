@@ -1,18 +1,13 @@
-#include <vtkDiscreteFlyingEdges3D.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkWindowedSincPolyDataFilter.h>
-
 #include <array>
 #include <filesystem>
 
 #include "Adapters/Itk/VolumeFiles.h"
-#include "Adapters/Vtk/Conversions.h"
+#include "Adapters/Vtk/LabelSurface.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/TransformFile.h"
 #include "Core/Errors.h"
 #include "Geometry/SurfaceTree.h"
+#include "Meshing/LabelField.h"
 #include "Pipelines/EvaluatePipeline.h"
 
 namespace fs = std::filesystem;
@@ -21,6 +16,7 @@ namespace kerf {
 namespace {
 
 constexpr int kSamples = 3000;
+constexpr Index kReferencePoints = 40000;
 
 using Mask = std::vector<std::uint8_t>;
 
@@ -33,41 +29,14 @@ Mask MaskOf(const LabelMap& labels, const std::vector<Label>& wanted) {
   return mask;
 }
 
-/// Surface between the voxels of a mask, its steps smoothed without loss of volume, in the frame of
-/// the case.
+/// Boundary of a mask, below voxel size, in the frame of the case; empty where the mask is.
 SurfaceMesh MaskSurface(const GridGeometry& grid, const Mask& mask, const Eigen::Affine3d& move,
                         const std::string& file) {
-  // One voxel of background around, so that a structure at the border of the CT is closed.
-  const Eigen::Vector3i size = grid.size.array() + 2;
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(size[0], size[1], size[2]);
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
-  auto* voxels = static_cast<unsigned char*>(image->GetScalarPointer());
-  std::fill(voxels, voxels + image->GetNumberOfPoints(), 0);
-  bool any = false;
-  for (int k = 0; k < grid.size[2]; ++k)
-    for (int j = 0; j < grid.size[1]; ++j)
-      for (int i = 0; i < grid.size[0]; ++i)
-        if (mask[grid.Offset(i, j, k)]) {
-          voxels[(std::size_t(k + 1) * size[1] + j + 1) * size[0] + i + 1] = 1;
-          any = true;
-        }
-  if (!any) return {};
-  vtkNew<vtkDiscreteFlyingEdges3D> contour;
-  contour->SetInputData(image);
-  contour->SetValue(0, 1.0);
-  vtkNew<vtkWindowedSincPolyDataFilter> smooth;
-  smooth->SetInputConnection(contour->GetOutputPort());
-  smooth->SetNumberOfIterations(20);
-  smooth->SetPassBand(0.1);
-  smooth->NonManifoldSmoothingOn();
-  smooth->NormalizeCoordinatesOn();
-  smooth->Update();
-  SurfaceMesh surface = SurfaceFromVtk(smooth->GetOutput(), file);
-  for (Index i = 0; i < surface.points.rows(); ++i) {
-    const Vec3 index = surface.points.row(i).transpose() - Vec3::Ones();
-    surface.points.row(i) = (move * grid.WorldFromIndex(index)).transpose();
-  }
+  const LabelField field = SmoothMask(grid, mask);
+  if (field.Empty()) return {};
+  SurfaceMesh surface = SurfaceOfField(field, file, kReferencePoints);
+  for (Index i = 0; i < surface.points.rows(); ++i)
+    surface.points.row(i) = (move * Vec3(surface.points.row(i).transpose())).transpose();
   return surface;
 }
 

@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   kerf::AddReplayCommand(app, context);
   kerf::AddEvaluateCommand(app, context);
   kerf::AddExportCommand(app, context);
+  kerf::AddValidateCommand(app, context);
   kerf::AddCalibrateCommand(app, context);
   kerf::InstallCancelHandler();
 
