@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include "Phantom/PhantomTracks.h"
+
+namespace kerf {
+namespace {
+
+/// A triangle seen by a distorting camera.
+TEST(Rasterizer, HitsExactlyThePixelsWhoseRaysHit) {
+  CameraModel camera;
+  camera.width = 120;
+  camera.height = 90;
+  camera.fx = camera.fy = 100.0;
+  camera.cx = 59.5;
+  camera.cy = 44.5;
+  camera.distortion = {-0.1, 0.02, 1e-3, -1e-3, 0.0};
+  SurfaceMesh triangle;
+  triangle.points.resize(3, 3);
+  triangle.points << -0.5, -0.4, 10.0, 1.3, -0.2, 11.0, 0.1, 1.2, 9.0;
+  triangle.triangles.resize(1, 3);
+  triangle.triangles << 0, 1, 2;
+  VisibilityBuffer seen(camera.width, camera.height);
+  Rasterize(triangle, camera, 5, &seen);
+  const Vec3 a = triangle.points.row(0), b = triangle.points.row(1), c = triangle.points.row(2);
+  int hits = 0, wrong = 0;
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) {
+      const Ray ray = camera.RayThrough(Vec2(u, v));
+      Mat3 m;
+      m << b - a, c - a, -ray.direction;
+      const Vec3 solution = m.inverse() * (ray.origin - a);  // weights of b and c, distance
+      const bool inside = solution.x() > 0 && solution.y() > 0 && solution.x() + solution.y() < 1;
+      const std::size_t at = seen.At(u, v);
+      wrong += inside != seen.Hit(at);
+      if (!inside || !seen.Hit(at)) continue;
+      ++hits;
+      EXPECT_EQ(seen.triangle[at], 5);
+      // Straight edges between distorted vertices: a hundredth here, for a triangle larger than any
+      // of ours.
+      EXPECT_NEAR(seen.weight1[at], solution.x(), 0.02);
+      EXPECT_NEAR(seen.weight2[at], solution.y(), 0.02);
+      EXPECT_NEAR(seen.depth_mm[at], camera.Depth(ray.origin + solution.z() * ray.direction), 0.05);
+    }
+  EXPECT_GT(hits, 80);
+  EXPECT_LE(wrong, 4);
+}
+
+TEST(Rasterizer, TheNearerSurfaceWins) {
+  CameraModel camera;
+  camera.width = camera.height = 20;
+  camera.fx = camera.fy = 20.0;
+  camera.cx = camera.cy = 9.5;
+  SurfaceMesh surface;
+  surface.points.resize(6, 3);
+  surface.points << -9, -9, 10, 9, -9, 10, 0, 9, 10, -9, -9, 5, 9, -9, 5, 0, 9, 5;
+  surface.triangles.resize(2, 3);
+  surface.triangles << 3, 4, 5, 0, 1, 2;
+  VisibilityBuffer seen(20, 20);
+  Rasterize(surface, camera, 0, &seen);
+  EXPECT_EQ(seen.triangle[seen.At(9, 9)], 0);
+  EXPECT_FLOAT_EQ(seen.depth_mm[seen.At(9, 9)], 5.0F);
+}
+
+class Scene : public ::testing::TestWithParam<PhantomScenario> {
+ protected:
+  PhantomSetup setup_ = MakePhantomSetup(GetParam(), 1);
+  PhantomAnatomy anatomy_ = BuildPhantomAnatomy(setup_);
+  PhantomScene scene_{setup_, anatomy_};
+};
+
+TEST_P(Scene, IsTheSameOnEveryRun) {
+  const PhantomView a = scene_.Render(100, true), b = scene_.Render(100, true);
+  EXPECT_EQ(a.image.data, b.image.data);
+  EXPECT_EQ(a.mask.data, b.mask.data);
+  PhantomSetup other = setup_;
+  other.seed = 2;
+  const PhantomScene second(other, anatomy_);
+  const PhantomView c = second.Render(100, true);
+  EXPECT_NE(a.image.data, c.image.data);
+  EXPECT_EQ(a.mask.data, c.mask.data);
+}
+
+TEST_P(Scene, ShowsTheOrganWhereItsTruthProjects) {
+  const PhantomMotion motion(setup_.motion);
+  for (int frame : {0, 100, 149}) {
+    const PhantomView view = scene_.Render(frame, false);
+    const SurfaceMesh organ = OrganAtFrame(anatomy_, motion, frame).mesh;
+    for (Index p = 0; p < organ.points.rows(); p += 7) {
+      const Vec2 pixel =
+          setup_.camera.Project(setup_.world_from_organ * organ.points.row(p).transpose());
+      if (!setup_.camera.InImage(pixel, 2.0)) continue;
+      bool found = false;  // a vertex on the outline may miss its nearest pixel centre
+      for (int dv = -1; dv <= 1; ++dv)
+        for (int du = -1; du <= 1; ++du)
+          found = found ||
+                  view.mask.data[view.organ.At(static_cast<int>(std::lround(pixel.x())) + du,
+                                               static_cast<int>(std::lround(pixel.y())) + dv)] != 0;
+      ASSERT_TRUE(found) << "frame " << frame << ", pixel " << pixel.transpose();
+    }
+  }
+}
+
+TEST_P(Scene, StaysInViewAndMarksInstruments) {
+  for (int frame : {0, 100, 149}) {
+    const PhantomView view = scene_.Render(frame, false);
+    int hidden = 0, organ = 0;
+    for (int v = 0; v < view.organ.height; ++v)
+      for (int u = 0; u < view.organ.width; ++u) {
+        const std::uint8_t m = view.mask.data[view.organ.At(u, v)];
+        hidden += m == 128;
+        organ += m != 0;
+        const bool border =
+            v == 0 || v + 1 == view.organ.height || u == 0 || u + 1 == view.organ.width;
+        ASSERT_FALSE(border && m != 0) << "frame " << frame;
+      }
+    EXPECT_GT(organ, 15000);
+    EXPECT_TRUE(!setup_.has_tool || (hidden > 0) == (frame == 100)) << frame;
+  }
+}
+
+TEST_P(Scene, FeaturesAreSpreadOverWhatTheCameraSees) {
+  const PhantomView first = scene_.Render(0, false);
+  const PhantomFeatures features = ChooseFeatures(setup_, anatomy_, first, 300);
+  ASSERT_EQ(features.rest.rows(), 300);
+  const PhantomTracks rest = TrackFeatures(setup_, features, first, 0);
+  for (Index i = 0; i < 300; ++i) {
+    EXPECT_EQ(rest.visible[i], 1);
+    EXPECT_NE(first.mask.data[first.organ.At(static_cast<int>(std::lround(rest.pixels(i, 0))),
+                                             static_cast<int>(std::lround(rest.pixels(i, 1))))],
+              0);
+  }
+  for (Index i = 0; i < 300; ++i)
+    for (Index j = 0; j < i; ++j)
+      ASSERT_GT((features.rest.row(i) - features.rest.row(j)).norm(), 1.0);
+  const PhantomTracks last = TrackFeatures(setup_, features, scene_.Render(149, false), 149);
+  EXPECT_GT(std::count(last.visible.begin(), last.visible.end(), 1), 240);
+  if (setup_.has_tool) {
+    const PhantomTracks during = TrackFeatures(setup_, features, scene_.Render(100, false), 100);
+    EXPECT_LT(std::count(during.visible.begin(), during.visible.end(), 1), 300)
+        << "the scissors hide some";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Phantom, Scene,
+                         ::testing::Values(PhantomScenario::KidneyCut, PhantomScenario::BandCut),
+                         [](const auto& info) {
+                           return info.param == PhantomScenario::KidneyCut ? "kidney" : "band";
+                         });
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "Adapters/OpenCv/CameraFile.h"
+#include "Adapters/OpenCv/VideoSource.h"
+#include "Adapters/Vtk/MeshFiles.h"
+#include "CaseIO/StudyFolder.h"
+#include "Core/Errors.h"
+#include "Phantom/PhantomScenario.h"
+#include "Pipelines/PhantomPipeline.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Content(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// One study for all tests: the band with a cut is the quickest.
+class PhantomStudy : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    char name[] = "/tmp/kerf-phantom-XXXXXX";
+    root_ = mkdtemp(name);
+    Progress progress;
+    MakePhantom({PhantomScenario::BandCut, (root_ / "a study").string(), 3}, progress);
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+  static fs::path Study() { return root_ / "a study"; }
+  static fs::path root_;
+};
+fs::path PhantomStudy::root_;
+
+TEST_F(PhantomStudy, IsReadAsAStudy) {
+  const kerf::Study study = OpenStudy(Study().string());
+  const PhantomSetup setup = MakePhantomSetup(PhantomScenario::BandCut, 3);
+  EXPECT_EQ(study.frames, 150);
+  EXPECT_EQ(study.eval_frames, setup.eval_frames);
+  EXPECT_EQ(study.feature_count, 220);
+  ASSERT_FALSE(study.organ_surface.empty());
+  EXPECT_NEAR(ReadSurface(study.organ_surface).SignedVolume(), 120.0 * 30.0 * 4.0, 1.0);
+  const CameraModel camera = ReadCameraFile(study.camera);
+  EXPECT_TRUE(camera.camera_from_world.isApprox(setup.camera.camera_from_world, 1e-9));
+  const TrackTable tracks = ReadTracks(study.features_2d, study.features_rest);
+  EXPECT_EQ(tracks.frames, 150);
+  ASSERT_EQ(tracks.id.size(), 220U);
+  for (Index i = 0; i < 220; ++i)
+    EXPECT_LT((camera.Project(tracks.rest.row(i)) - Vec2(tracks.rest_pixels.row(i))).norm(), 0.01);
+  EXPECT_EQ(ReadLandmarks(study.landmarks).size(), 8U);
+  int frames = 0;
+  VideoSource video(study.video);
+  while (video.Next()) ++frames;
+  EXPECT_EQ(frames, 150);
+}
+
+TEST_F(PhantomStudy, HasTheWholeTruth) {
+  for (const char* name :
+       {"rest_organ.vtp", "cuts.json", "tracks.csv", "camera_true.yml", "landmarks_exact.csv",
+        "cut0_surface_rest.vtp", "frame_00020_organ.vtp", "frame_00145_mask.png"})
+    EXPECT_TRUE(fs::exists(Study() / "truth" / name)) << name;
+  EXPECT_EQ(ReadSurfaceFile((Study() / "truth/frame_00145_organ.vtp").string()).space, Space::RAS);
+}
+
+TEST_F(PhantomStudy, IsTheSameBitForBit) {
+  Progress progress;
+  MakePhantom({PhantomScenario::BandCut, (root_ / "again").string(), 3}, progress);
+  for (const auto& entry : fs::recursive_directory_iterator(Study()))
+    if (entry.is_regular_file())
+      EXPECT_EQ(Content(entry.path()),
+                Content(root_ / "again" / fs::relative(entry.path(), Study())))
+          << entry.path().filename();
+}
+
+/// The judge that the project did not write accepts the layout and scores the truth as the truth.
+TEST_F(PhantomStudy, TheJudgeScoresTheTruthAsTheTruth) {
+  const char* given = std::getenv("KERF_CASES");
+  const fs::path judge =
+      fs::path(given != nullptr ? given : KERF_CASES_DEFAULT) / "../evaluate/evaluate.py";
+  if (!fs::exists(judge)) GTEST_SKIP() << "no judge beside the cases (KERF_CASES): " << judge;
+  if (std::system("/usr/bin/python3 -c 'import vtk, cv2, scipy' 2>/dev/null") != 0)
+    GTEST_SKIP() << "python3 with vtk, cv2 and scipy is needed for the judge";
+  const fs::path out = root_ / "judge.txt";
+  const std::string command = "/usr/bin/python3 -B '" + judge.string() + "' --self-test '" +
+                              Study().string() + "' > '" + out.string() + "' 2>&1";
+  ASSERT_EQ(std::system(command.c_str()), 0) << Content(out);
+  std::istringstream text(Content(out));
+  std::string name, label, word;
+  double dice = 0.0;
+  text >> name >> label >> word >> dice;
+  EXPECT_EQ(label, "truth");
+  EXPECT_GE(dice, 0.99);
+  EXPECT_NE(Content(out).find("cuts true 1 found 1 missed 0 false 0"), std::string::npos)
+      << Content(out);
+}
+
+TEST_F(PhantomStudy, ReplacesAStudyButNothingElse) {
+  const fs::path other = root_ / "mine";
+  fs::create_directories(other);
+  std::ofstream(other / "thesis.txt") << "years of work";
+  Progress progress;
+  EXPECT_THROW(MakePhantom({PhantomScenario::BandCut, other.string(), 1}, progress), UsageError);
+  EXPECT_EQ(Content(other / "thesis.txt"), "years of work");
+  EXPECT_THROW(
+      MakePhantom({PhantomScenario::BandCut, (other / "thesis.txt").string(), 1}, progress),
+      InputError);
+  EXPECT_THROW(
+      MakePhantom({PhantomScenario::BandCut, (other / "thesis.txt/below").string(), 1}, progress),
+      InputError);
+}
+
+/// Cancels after a while.
+class Impatient : public Progress {
+ public:
+  void Report(double fraction, const std::string& what) override { cancelled_ = fraction > 0.15; }
+  bool IsCancelled() const override { return cancelled_; }
+
+ private:
+  bool cancelled_ = false;
+};
+
+TEST_F(PhantomStudy, LeavesNothingBehindWhenCancelled) {
+  Impatient progress;
+  const fs::path folder = root_ / "cancelled" / "study";
+  EXPECT_THROW(MakePhantom({PhantomScenario::BandCut, folder.string(), 1}, progress), Cancelled);
+  EXPECT_TRUE(!fs::exists(folder.parent_path()) || fs::is_empty(folder.parent_path()));
+}
+
+}  // namespace
+}  // namespace kerf
