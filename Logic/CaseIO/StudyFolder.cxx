@@ -120,7 +120,8 @@ Study OpenStudy(const std::string& root) {
   const fs::path base(root);
   study.video = (base / "video.mp4").string();
   if (fs::exists(base / "case.json")) ReadStudyManifest((base / "case.json").string(), &study);
-  if (!fs::exists(study.video)) study.video.clear();
+  // A pattern (f%05d.png) names many files: whoever opens it finds out whether they are there.
+  if (study.video.find('%') == std::string::npos && !fs::exists(study.video)) study.video.clear();
   study.ct = FirstExisting(base, {"ct.nii.gz", "ct.nii", "ct.nrrd"});
   study.labels =
       FirstExisting(base, {"labels.nii.gz", "labels.nii", "labels.nrrd", "labels.seg.nrrd"});

@@ -21,9 +21,9 @@ struct Study {
   std::string ct;             ///< ct.nii.gz, .nii, .nrrd
   std::string labels;         ///< labels.nii.gz, .nii, .nrrd, .seg.nrrd
   std::string organ_surface;  ///< organ_surface.stl, .vtp, .ply, .obj
-  std::string
-      video;  ///< as case.json names it (default video.mp4); empty where that file is missing
-  std::string camera;                                 ///< camera.yml
+  std::string video;   ///< file, image folder or pattern as case.json names it (default video.mp4);
+                       ///< empty where missing
+  std::string camera;  ///< camera.yml
   std::string landmarks, features_rest, features_2d;  ///< .csv
 
   double frames_per_second = 25.0;

@@ -54,6 +54,8 @@ TEST(StudyFolder, DoesWithoutCaseJsonAndVideo) {
   EXPECT_THAT(study.FramesToWrite(13), ElementsAre(0, 5, 10, 12));
   EXPECT_THAT(study.FramesToWrite(11), ElementsAre(0, 5, 10));
   EXPECT_TRUE(study.FramesToWrite(0).empty());
+  folder.Write("case.json", R"({"video": {"file": "frames/f%05d.png"}})");
+  EXPECT_THAT(OpenStudy(folder.Path()).video, HasSubstr("frames/f%05d.png"));
 }
 
 TEST(StudyFolder, RefusesWithFileAndKey) {
