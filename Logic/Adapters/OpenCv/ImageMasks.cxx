@@ -34,23 +34,36 @@ cv::Mat FindInstruments(const cv::Mat& bgr) {
                    cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
   cv::Mat labels, stats, centroids;
   const int count = cv::connectedComponentsWithStats(grey_pixels, labels, stats, centroids, 8);
-  std::vector<std::uint8_t> is_tool(count, 0);
-  const int least_area = small.rows * small.cols / 600;
+  // Tools come in from the border; clamps and clips lie free, but are larger than a dark spot on
+  // tissue. A background that is grey itself covers most of the border; a tool never covers half
+  // the image.
+  enum : std::uint8_t { kNothing, kTool, kFree };
+  std::vector<std::uint8_t> kind(count, kNothing);
+  const int image_area = small.rows * small.cols;
   for (int label = 1; label < count; ++label) {
     const int x = stats.at<int>(label, cv::CC_STAT_LEFT), y = stats.at<int>(label, cv::CC_STAT_TOP);
     const int w = stats.at<int>(label, cv::CC_STAT_WIDTH);
     const int h = stats.at<int>(label, cv::CC_STAT_HEIGHT);
     const int area = stats.at<int>(label, cv::CC_STAT_AREA);
     const bool at_border = x == 0 || y == 0 || x + w == small.cols || y + h == small.rows;
-    // A background that is grey itself covers most of the border; a tool never covers half the
-    // image.
-    if (at_border && area >= least_area && area < small.rows * small.cols / 2) is_tool[label] = 255;
+    if (area > image_area / 2 || area < image_area / 600) continue;
+    if (at_border)
+      kind[label] = kTool;
+    else if (area >= image_area / 300)
+      kind[label] = kFree;
   }
+  cv::Mat tools(small_size, CV_8U), free_lying(small_size, CV_8U);
   for (int y = 0; y < small.rows; ++y) {
     const int* label = labels.ptr<int>(y);
-    std::uint8_t* out = grey_pixels.ptr<std::uint8_t>(y);
-    for (int x = 0; x < small.cols; ++x) out[x] = is_tool[label[x]];
+    for (int x = 0; x < small.cols; ++x) {
+      tools.at<std::uint8_t>(y, x) = kind[label[x]] == kTool ? 255 : 0;
+      free_lying.at<std::uint8_t>(y, x) = kind[label[x]] == kFree ? 255 : 0;
+    }
   }
+  // A clamp touches the tissue it holds: thin outgrowths along dark spots are not part of it.
+  cv::morphologyEx(free_lying, free_lying, cv::MORPH_OPEN,
+                   cv::getStructuringElement(cv::MORPH_RECT, {5, 5}));
+  cv::bitwise_or(tools, free_lying, grey_pixels);
   cv::Mat full;
   cv::resize(grey_pixels, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
   cv::threshold(full, full, 100, 255, cv::THRESH_BINARY);

@@ -25,6 +25,7 @@ struct FeatureTrack {
   Patch patch;
   AffineWarp warp;              ///< where it is (warp.t, full image px) and how it is deformed
   Eigen::Vector2f birth{0, 0};  ///< where it was taken
+  int generation = 0;           ///< number of the detection that found it
   FeatureStatus status = FeatureStatus::Lost;
   int alone = 0;  ///< frames since the reference patch was last recognized
   float correlation = 1;
@@ -62,7 +63,7 @@ class LucasKanadeTracker : public VideoTracker {
       Start(features->pixels.row(i).cast<float>(), excluded, &tracks_[i]);
       features->status[i] = tracks_[i].status;
     }
-    neighbours_.Build(Births());
+    neighbours_.Build(Views());
   }
 
   int Replenish(const Image& organ_mask, int wanted, FeatureSet* features) override {
@@ -132,19 +133,25 @@ class LucasKanadeTracker : public VideoTracker {
   }
   void Start(const Eigen::Vector2f& pixel, const cv::Mat& excluded, FeatureTrack* track) const {
     track->birth = pixel;
+    track->generation = generation_;
     track->warp.t = pixel;
     if (track->patch.Take(current_.Smooth(), excluded, pixel - current_.Origin(),
                           options_.patch_half_px))
       track->status = FeatureStatus::Tracked;
   }
-  std::vector<Eigen::Vector2f> Births() const {
-    std::vector<Eigen::Vector2f> births;
-    for (const FeatureTrack& track : tracks_) births.push_back(track.birth);
-    return births;
+  std::vector<NeighbourView> Views() const {
+    std::vector<NeighbourView> views;
+    for (const FeatureTrack& track : tracks_) views.push_back(ViewOfTrack(track));
+    return views;
+  }
+  static NeighbourView ViewOfTrack(const FeatureTrack& track) {
+    return {track.birth, track.warp.t, track.warp.A, track.generation,
+            track.status == FeatureStatus::Tracked};
   }
 
   int Append(const Image& organ_mask, int wanted, FeatureSet* features) {
     const cv::Mat excluded = Excluded(organ_mask);
+    ++generation_;
     // A feature's centre keeps away from everything that is not plain tissue; its patch may reach
     // there.
     cv::Mat allowed;
@@ -175,7 +182,7 @@ class LucasKanadeTracker : public VideoTracker {
       features->pixels.row(old_rows + static_cast<Index>(i)) = started[i].warp.t.cast<double>();
       tracks_.push_back(std::move(started[i]));
     }
-    neighbours_.Build(Births());
+    neighbours_.Build(Views());
     return static_cast<int>(started.size());
   }
 
@@ -303,17 +310,14 @@ class LucasKanadeTracker : public VideoTracker {
   }
 
   void RefuseLoners() {
-    for (const int row : neighbours_.Loners(motion_, Positions())) {
+    for (const int row : neighbours_.Loners(motion_, Views())) {
       tracks_[row].status = FeatureStatus::Lost;
       tracks_[row].warp.t -= motion_[row];
-      motion_[row].setConstant(std::numeric_limits<float>::quiet_NaN());
     }
-  }
-
-  std::vector<Eigen::Vector2f> Positions() const {
-    std::vector<Eigen::Vector2f> positions;
-    for (const FeatureTrack& track : tracks_) positions.push_back(track.warp.t);
-    return positions;
+    const std::vector<NeighbourView> views = Views();
+    for (std::size_t i = 0; i < tracks_.size(); ++i)
+      if (views[i].seen && neighbours_.Misplaced(static_cast<int>(i), views[i], views))
+        tracks_[i].status = FeatureStatus::Lost;
   }
 
   /// Carries features that are not seen along with their neighbours (or to where the model expects
@@ -323,13 +327,14 @@ class LucasKanadeTracker : public VideoTracker {
     for (std::size_t i = 0; i < tracks_.size(); ++i)
       if (tracks_[i].status != FeatureStatus::Tracked && !tracks_[i].patch.Empty())
         rows.push_back(static_cast<int>(i));
-    const std::vector<Eigen::Vector2f> positions = Positions();
+    if (rows.empty()) return;
+    const std::vector<NeighbourView> views = Views();
     for (const int row : rows) {
-      if (row < predicted_.rows() && predicted_.row(row).allFinite()) {
+      Eigen::Vector2f place;
+      if (row < predicted_.rows() && predicted_.row(row).allFinite())
         tracks_[row].warp.t = predicted_.row(row).cast<float>();
-      } else {
-        tracks_[row].warp.t += neighbours_.Expected(row, motion_, positions);
-      }
+      else if (neighbours_.Expected(row, views, &place))
+        tracks_[row].warp.t = place;
     }
     // A bounded number a frame, in turn: a burst of losses must not cost frames.
     constexpr int kAttempts = 24;
@@ -338,11 +343,12 @@ class LucasKanadeTracker : public VideoTracker {
     for (int k = 0; k < tries; ++k) turn.push_back(rows[(next_try_ + k) % rows.size()]);
     next_try_ += tries;
     cv::parallel_for_(cv::Range(0, tries), [&](const cv::Range& range) {
-      for (int k = range.start; k < range.end; ++k) FindAgain(&tracks_[turn[k]]);
+      for (int k = range.start; k < range.end; ++k) FindAgain(turn[k], views);
     });
   }
 
-  void FindAgain(FeatureTrack* track) const {
+  void FindAgain(int row, const std::vector<NeighbourView>& views) {
+    FeatureTrack* track = &tracks_[row];
     if (!current_.Inside(track->warp.t, 2) || current_.InstrumentAt(track->warp.t)) {
       track->status = FeatureStatus::Occluded;
       return;
@@ -366,6 +372,10 @@ class LucasKanadeTracker : public VideoTracker {
     if (!seen.valid || seen.correlation < wanted || seen.used < 0.7F) return;
     best.t += current_.Origin();
     if ((best.t - track->warp.t).norm() > 9) return;
+    NeighbourView view = views[row];
+    view.now = best.t;
+    view.shape = best.A;
+    if (options_.neighbours && neighbours_.Misplaced(row, view, views)) return;
     track->warp = best;
     track->alone = 0;
     track->correlation = seen.correlation;
@@ -379,6 +389,7 @@ class LucasKanadeTracker : public VideoTracker {
   NeighbourMotion neighbours_;
   Pixels predicted_{0, 2};
   std::size_t next_try_ = 0;
+  int generation_ = 0;
   float usual_correlation_ = 1.0F;  ///< running median over the features that are followed
 };
 

@@ -6,27 +6,37 @@ namespace kerf {
 namespace {
 
 constexpr int kNeighbours = 10;
-constexpr float kTolerance_px = 0.8F;
-/// Difference of motion per distance that tissue may show between two frames.
-constexpr float kStrain = 0.03F;
+/// Difference of motion that tissue may show between two frames: so many px, and so much per
+/// distance.
+constexpr float kTolerance_px = 0.8F, kStrain = 0.03F;
+/// The same for places since birth, after the patches' deformation has been accounted for.
+constexpr float kPlaceTolerance_px = 1.5F, kPlaceStrain = 0.12F;
+
+/// Difference of the places of a and b that their births and deformations suggest.
+Eigen::Vector2f Offset(const NeighbourView& a, const NeighbourView& b) {
+  return 0.5F * (a.shape + b.shape) * (b.birth - a.birth);
+}
 
 }  // namespace
 
-void NeighbourMotion::Build(const std::vector<Eigen::Vector2f>& births) {
-  neighbours_.assign(births.size(), {});
-  std::vector<std::pair<float, int>> order(births.size());
-  for (std::size_t i = 0; i < births.size(); ++i) {
-    for (std::size_t j = 0; j < births.size(); ++j)
-      order[j] = {i == j ? -1.0F : (births[i] - births[j]).squaredNorm(), static_cast<int>(j)};
-    const std::size_t count = std::min<std::size_t>(kNeighbours + 1, births.size());
+void NeighbourMotion::Build(const std::vector<NeighbourView>& features) {
+  neighbours_.assign(features.size(), {});
+  std::vector<std::pair<float, int>> order;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    order.clear();
+    for (std::size_t j = 0; j < features.size(); ++j)
+      if (i != j && features[i].generation == features[j].generation)
+        order.emplace_back((features[i].birth - features[j].birth).squaredNorm(),
+                           static_cast<int>(j));
+    const std::size_t count = std::min<std::size_t>(kNeighbours, order.size());
     std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),
                       order.end());
-    for (std::size_t k = 1; k < count; ++k) neighbours_[i].push_back(order[k].second);
+    for (std::size_t k = 0; k < count; ++k) neighbours_[i].push_back(order[k].second);
   }
 }
 
 std::vector<int> NeighbourMotion::Loners(const std::vector<Eigen::Vector2f>& motion,
-                                         const std::vector<Eigen::Vector2f>& positions) const {
+                                         const std::vector<NeighbourView>& features) const {
   std::vector<int> loners;
   for (std::size_t i = 0; i < neighbours_.size(); ++i) {
     if (!motion[i].allFinite()) continue;
@@ -34,7 +44,7 @@ std::vector<int> NeighbourMotion::Loners(const std::vector<Eigen::Vector2f>& mot
     for (const int j : neighbours_[i]) {
       if (!motion[j].allFinite()) continue;
       ++known;
-      const float distance = (positions[i] - positions[j]).norm();
+      const float distance = (features[i].now - features[j].now).norm();
       if ((motion[i] - motion[j]).norm() <= kTolerance_px + kStrain * distance) ++agreeing;
     }
     if (known >= 3 && agreeing < 2) loners.push_back(static_cast<int>(i));
@@ -42,18 +52,41 @@ std::vector<int> NeighbourMotion::Loners(const std::vector<Eigen::Vector2f>& mot
   return loners;
 }
 
-Eigen::Vector2f NeighbourMotion::Expected(int row, const std::vector<Eigen::Vector2f>& motion,
-                                          const std::vector<Eigen::Vector2f>& positions) const {
-  Eigen::Vector2f sum = Eigen::Vector2f::Zero();
-  float weights = 0;
+bool NeighbourMotion::Misplaced(int row, const NeighbourView& feature,
+                                const std::vector<NeighbourView>& features) const {
+  int known = 0, agreeing = 0;
   for (const int j : neighbours_[row]) {
-    if (!motion[j].allFinite()) continue;
-    const float weight = 1.0F / (25.0F + (positions[row] - positions[j]).squaredNorm());
-    sum += weight * motion[j];
-    weights += weight;
+    if (!features[j].seen) continue;
+    ++known;
+    const float distance = (features[j].birth - feature.birth).norm();
+    const float misfit = (features[j].now - feature.now - Offset(feature, features[j])).norm();
+    if (misfit <= kPlaceTolerance_px + kPlaceStrain * distance) ++agreeing;
   }
-  if (weights == 0) return Eigen::Vector2f::Zero();
-  return sum / weights;
+  // Half of the neighbours may lie beyond a cut, some may be wrong themselves.
+  return known >= 4 && 4 * agreeing < known;
+}
+
+bool NeighbourMotion::Expected(int row, const std::vector<NeighbourView>& features,
+                               Eigen::Vector2f* place) const {
+  // The median of what the nearest suggest: those beyond a cut are outvoted.
+  constexpr std::size_t kAsked = 5;
+  std::vector<float> u, v;
+  for (const int j : neighbours_[row]) {
+    if (!features[j].seen || u.size() == kAsked) continue;
+    NeighbourView hidden = features[row];
+    hidden.shape = features[j].shape;
+    const Eigen::Vector2f suggested = features[j].now + Offset(features[j], hidden);
+    u.push_back(suggested.x());
+    v.push_back(suggested.y());
+  }
+  if (u.size() < 3) return false;
+  const auto median = [](std::vector<float>& values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 ? values[middle] : 0.5F * (values[middle - 1] + values[middle]);
+  };
+  *place = {median(u), median(v)};
+  return true;
 }
 
 }  // namespace kerf
