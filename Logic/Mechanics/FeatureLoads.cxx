@@ -78,7 +78,7 @@ double FeatureLoads::Evaluate(const Eigen::Isometry3d& world_from_inner,
 }
 
 double FeatureLoads::FitRigid(const std::vector<double>& x, Eigen::Isometry3d* world_from_inner) {
-  constexpr int kIterations = 4;
+  constexpr int kIterations = 30;    // a few for a frame's motion; jumps take more
   constexpr double kSmallMm = 0.02;  // what the elastic solve takes care of anyway
   using Vec6 = Eigen::Matrix<double, 6, 1>;
   using Mat6 = Eigen::Matrix<double, 6, 6>;
@@ -89,7 +89,7 @@ double FeatureLoads::FitRigid(const std::vector<double>& x, Eigen::Isometry3d* w
     A->setZero();
     b->setZero();
     for (std::size_t l = 0; l < loads_.size(); ++l) {
-      const Vec3 p = *(&frame) * inner[l];
+      const Vec3 p = frame * inner[l];
       const SpringState state = EvaluateOne(l, p);
       energy += state.energy_nJ;
       const Vec3 arm = p - center;
@@ -118,24 +118,25 @@ double FeatureLoads::FitRigid(const std::vector<double>& x, Eigen::Isometry3d* w
     const double weak = 1e-6 * A.topLeftCorner<3, 3>().trace() + 1e-12;
     A.diagonal().head<3>().array() += weak;
     A.diagonal().tail<3>().array() += weak * radius2;
-    const Vec6 step = -A.ldlt().solve(b);
-    const double angle = step.tail<3>().norm();
-    const double motion = step.head<3>().norm() + angle * std::sqrt(radius2);
-    if (!(motion > kSmallMm)) break;
-    Eigen::Isometry3d motion_about_center = Eigen::Isometry3d::Identity();
-    if (angle > 0.0)
-      motion_about_center.linear() =
-          Eigen::AngleAxisd(angle, step.tail<3>() / angle).toRotationMatrix();
-    motion_about_center.translation() =
-        center + step.head<3>() - motion_about_center.linear() * center;
-    const Eigen::Isometry3d trial = motion_about_center * *world_from_inner;
-    const double trial_energy = energy_at(trial, center, &trial_A, &trial_b);
+    Vec6 step = -A.ldlt().solve(b);
+    if (!(step.head<3>().norm() + step.tail<3>().norm() * std::sqrt(radius2) > kSmallMm)) break;
+    if (step.tail<3>().norm() > 1.0) step /= step.tail<3>().norm();
+    double trial_energy = energy;
+    Eigen::Isometry3d trial;
+    for (int halving = 0; halving < 8 && !(trial_energy < energy); ++halving, step *= 0.5) {
+      const double angle = step.tail<3>().norm();
+      Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+      if (angle > 0.0)
+        motion.linear() = Eigen::AngleAxisd(angle, step.tail<3>() / angle).toRotationMatrix();
+      motion.translation() = center + step.head<3>() - motion.linear() * center;
+      trial = motion * *world_from_inner;
+      // Products of rotations drift from the group in the last digits.
+      trial.linear() = Eigen::Quaterniond(trial.linear()).normalized().toRotationMatrix();
+      trial_energy = energy_at(trial, center, &trial_A, &trial_b);
+    }
     if (!(trial_energy < energy)) break;
     const bool done = energy - trial_energy < 1e-3 * energy;
     *world_from_inner = trial;
-    // Products of rotations drift from the group in the last digits.
-    world_from_inner->linear() =
-        Eigen::Quaterniond(world_from_inner->linear()).normalized().toRotationMatrix();
     energy = trial_energy;
     A = trial_A;
     b = trial_b;

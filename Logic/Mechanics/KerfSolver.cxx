@@ -16,9 +16,12 @@ constexpr int kMaxHalvings = 10;
 /// Relative reduction of the energy norm of the residual per linear solve.
 constexpr double kCgReduction = 0.01;
 constexpr double kVertexToleranceMm = 0.05;
+/// The iteration sees the lower end of the spectrum from above.
+constexpr double kGapSafety = 1.5, kErrorSafety = 0.6;
 /// Motion below which nothing is worth solving, whatever the relative energy gap.
 constexpr double kStillMm = 0.002;
-/// Total stiffness of the proximal anchors of a component, relative to its springs: they hold what
+/// Total stiffness of the proximal anchors of a component, relative to its springs
+/// or, if that is less, to E·V^(1/3): they hold what
 /// no spring holds (the depth along pure rays, turns about a line) and shift the rest by a
 /// thousandth of its motion in a call.
 constexpr double kAnchorFraction = 1e-3;
@@ -171,19 +174,17 @@ void KerfSolver::SetAnchors(const Points& positions, const Points* velocities,
   std::vector<Index> vertices(components_, 0);
   for (const FeatureLoads::Load& load : loads_.Loads())
     pull[component_[load.vertex[0]]] += load.stiffness;
-  bool any_free = inertia;
   for (Index v = 0; v < n; ++v)
-    if (field_.Outer(v) >= 0) {
-      ++vertices[component_[v]];
-      any_free |= pull[component_[v]] == 0.0;
-    }
-  std::vector<double> volume;
-  if (any_free) volume = field_.LumpedVolumes();
+    if (field_.Outer(v) >= 0) ++vertices[component_[v]];
+  const std::vector<double> volume = field_.LumpedVolumes();
+  std::vector<double> component_volume(components_, 0.0);
+  for (Index v = 0; v < n; ++v) component_volume[component_[v]] += volume[v];
   for (Index v = 0; v < n; ++v) {
     if (field_.Outer(v) < 0) continue;
     const double h = inertia ? options.time_step_s : kFreeTimeStep_s;
     const double spring = pull[component_[v]];
-    double anchor = kAnchorFraction * spring / vertices[component_[v]];
+    const double elastic = 1e3 * material_.young_kPa * std::cbrt(component_volume[component_[v]]);
+    double anchor = kAnchorFraction * std::min(spring, elastic) / vertices[component_[v]];
     if (inertia || spring == 0.0)
       anchor = std::max(material_.density_g_mm3 * volume[v] / (h * h), 1e-6);
     anchor_[v] = static_cast<float>(anchor);
@@ -379,8 +380,10 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
     const double anchor_curvature = Direct(0.0f, &farthest);
     // ½ gᵀH⁻¹g, the energy still to gain, is at most ½ gᵀM⁻¹g over the lower end of the spectrum of
     // M⁻¹H.
-    const double gap = 0.5 * start / lowest_ratio_;
-    report.converged = (gap <= options.tolerance * energy && farthest <= kVertexToleranceMm) ||
+    const double gap = kGapSafety * 0.5 * start / lowest_ratio_;
+    // Likewise for the vertices, whose error M⁻¹r understates by about the root of that.
+    const double error_mm = farthest / (kErrorSafety * std::sqrt(lowest_ratio_));
+    report.converged = (gap <= options.tolerance * energy && error_mm <= kVertexToleranceMm) ||
                        farthest <= kStillMm;
     if (report.converged || report.steps >= limit) break;
     const double enough = 0.1 * lowest_ratio_ * options.tolerance * energy;
