@@ -157,6 +157,11 @@ TEST_P(StudyOverlay, DrawsEveryPresetInTime) {
   }
   scene.frame = {GetParam().frame, GetParam().frame / 25.0,
                  VideoFrame(Study() / "video.mp4", GetParam().frame)};
+  // 128 in the truth's mask: the organ lies behind a tool there.
+  Image tool = ReadPng(Truth("_mask.png").string());
+  tool = {tool.width, tool.height, 1, std::move(tool.data)};
+  for (std::uint8_t& v : tool.data) v = v == 128 ? 255 : 0;
+  scene.instruments = &tool;
   const char* preview = std::getenv("KERF_OVERLAY_PREVIEW");
   OverlayRenderer renderer(lens);
   for (const char* name : {"full", "outline", "see-through"}) {
@@ -186,7 +191,9 @@ TEST_P(StudyOverlay, DrawsEveryPresetInTime) {
 INSTANTIATE_TEST_SUITE_P(Studies, StudyOverlay,
                          ::testing::Values(StudyFrame{"kidney-1", 25}, StudyFrame{"kidney-1", 110},
                                            StudyFrame{"kidney-2", 145}, StudyFrame{"liver-1", 100},
-                                           StudyFrame{"silicone-middle", 100}),
+                                           StudyFrame{"silicone-middle", 100},
+                                           // A study of `kerf phantom`, where KERF_CASES has one.
+                                           StudyFrame{"kidney-cut", 110}),
                          [](const auto& info) {
                            std::string name = info.param.study + std::to_string(info.param.frame);
                            name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
