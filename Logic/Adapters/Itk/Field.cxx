@@ -55,6 +55,10 @@ ScalarField SignedDistance_mm(const Mask& mask) {
   ScalarField out;
   out.grid = mask.grid;
   out.values = itk_bridge::VoxelsOf<float>(filter->GetOutput());
+  // ITK measures from the centres of the object's outermost voxels: the boundary is half a voxel
+  // on.
+  const float half = float(0.5 * std::cbrt(mask.grid.spacing_mm.prod()));
+  for (float& d : out.values) d += half;
   return out;
 }
 
@@ -64,16 +68,8 @@ Mask AtLeast(const ScalarField& field, float threshold) {
   return out;
 }
 
-namespace {
-
-// ITK's distance is zero at the object's own boundary voxels, whose centres lie half a voxel
-// inside.
-float HalfVoxel(const Mask& mask) { return float(0.5 * mask.grid.spacing_mm.minCoeff()); }
-
-}  // namespace
-
 Mask Erode(const Mask& mask, double radius_mm) {
-  return AtLeast(SignedDistance_mm(mask), float(radius_mm) - HalfVoxel(mask));
+  return AtLeast(SignedDistance_mm(mask), float(radius_mm));
 }
 
 Mask Dilate(const Mask& mask, double radius_mm) {

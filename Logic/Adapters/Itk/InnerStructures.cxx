@@ -143,15 +143,14 @@ Mask Bodies(const Scene& scene, const OrganKnowledge::Blob& blob, bool bright, d
   const double difference = std::max(blob.contrast_hu, 3.5 * scene.noise);
   const double low = bright ? scene.mean + difference : kSoftTissueHu;
   const double high = bright ? 1e9 : scene.mean - difference;
-  Mask core = Select(scene, low, high, 1.5 * scene.voxel_mm);
+  Mask core = Select(scene, low, high, 2 * scene.voxel_mm);
   if (open_mm > 0) core = Open(core, open_mm);
   core = KeepLargerThan(core, VoxelsOf_ml(core.grid, 0.4 * blob.least_ml));
   if (Count(core) == 0) return core;
   // The level is that of the bodies' middle: partial volumes at their rims do not count.
   const double level = Quantile(ValuesIn(scene.image, core), bright ? 0.75 : 0.35);
   const double half = 0.5 * (scene.mean + level);
-  const Mask all = bright ? Select(scene, half, 1e9, -0.5 * scene.voxel_mm)
-                          : Select(scene, kSoftTissueHu, half, -0.5 * scene.voxel_mm);
+  const Mask all = bright ? Select(scene, half, 1e9, 0) : Select(scene, kSoftTissueHu, half, 0);
   Mask body = GeodesicGrow(core, all, bright ? 1e6 : 3.5 * scene.voxel_mm);
   for (std::size_t i = 0; i < body.values.size(); ++i)
     body.values[i] = body.values[i] && all.values[i];
@@ -199,11 +198,7 @@ Mask SeededBody(const Scene& scene, const Vec3& seed_mm, const char* kind, const
       candidate.values[i] = components.values[i] == own && scene.inside.values[i] >= 0;
     return candidate;
   }
-  ScalarField depth = SignedDistance_mm(candidate);
-  for (float& d : depth.values) d += float(0.5 * scene.voxel_mm);
-  for (std::size_t i = 0; i < depth.values.size(); ++i)
-    if (!candidate.values[i]) depth.values[i] = -1;
-  const auto part = DivideAtNecks(depth, 0.7, 0.2 * scene.voxel_mm);
+  const auto part = DivideAtNecks(SignedDistance_mm(candidate), 0.7, 0.2 * scene.voxel_mm);
   const int own = part.values[organ.grid.Offset(at[0], at[1], at[2])];
   for (std::size_t i = 0; i < candidate.values.size(); ++i)
     candidate.values[i] = part.values[i] == own;

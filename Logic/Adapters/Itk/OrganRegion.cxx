@@ -104,8 +104,6 @@ int PartAt(const Field<std::int32_t>& part, const Vec3& seed_mm) {
   return -1;
 }
 
-double HalfVoxel(const GridGeometry& grid) { return 0.5 * grid.spacing_mm.minCoeff(); }
-
 /// What certainly is something else: fat, air and bone, and a person's background seeds.
 bool IsOther(float hu, const Tissue& tissue) {
   const double boundary = 0.5 * (tissue.mean_hu + kFatHu);
@@ -131,9 +129,7 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
   progress.ThrowIfCancelled();
   progress.Report(0.3, "dividing at necks");
 
-  ScalarField depth = SignedDistance_mm(same);
-  const float half = float(HalfVoxel(image.grid));
-  for (float& d : depth.values) d += d >= 0 ? half : -half;
+  const ScalarField depth = SignedDistance_mm(same);
   const auto part = DivideAtNecks(depth, knowledge.neck_ratio, 0.2 * image.grid.spacing_mm[0]);
   std::vector<int> own;
   for (const Vec3& seed : seeds) own.push_back(PartAt(part, seed));
@@ -149,10 +145,10 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
   const double spacing = image.grid.spacing_mm[0];
   for (std::size_t i = 0; i < core.values.size(); ++i) {
     const bool other_part = part.values[i] >= 0 && !core.values[i];
-    if (core.values[i] && core_depth.values[i] >= spacing - half)
+    if (core.values[i] && core_depth.values[i] >= spacing)
       markers.values[i] = 2;
-    else if ((other_part && depth.values[i] > 1.5 * half) || core_depth.values[i] < -4 * spacing ||
-             IsOther(image.values[i], tissue))
+    else if ((other_part && depth.values[i] > 0.75 * spacing) ||
+             core_depth.values[i] < -4 * spacing || IsOther(image.values[i], tissue))
       markers.values[i] = 1;
   }
   SubProgress walking(progress, 0.5, 1);

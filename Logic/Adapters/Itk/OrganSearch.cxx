@@ -27,8 +27,7 @@ bool AtBorder(const GridGeometry& grid, std::size_t at) {
 }
 
 std::vector<Body> BodiesOf(const ScalarField& image, const Mask& mask) {
-  ScalarField depth = SignedDistance_mm(mask);
-  for (float& d : depth.values) d += d >= 0 ? 1.25f : -1.25f;
+  const ScalarField depth = SignedDistance_mm(mask);
   const auto part = DivideAtNecks(depth, 0.7, 0.5);
   std::vector<Body> bodies(
       std::size_t(1 + *std::max_element(part.values.begin(), part.values.end())));
