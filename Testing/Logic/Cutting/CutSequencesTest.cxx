@@ -1,0 +1,36 @@
+#include <gtest/gtest.h>
+
+#include "Fuzz/CutSequences.h"
+
+namespace kerf::testing {
+namespace {
+
+/// A short run of the fuzz target: 25 sequences each; kerf-cut-fuzz runs as many as wanted.
+class CutSequences : public ::testing::TestWithParam<unsigned> {};
+
+TEST_P(CutSequences, KeepEveryGuarantee) {
+  int done = 0, refused = 0;
+  for (unsigned seed = 25 * GetParam(); seed < 25 * (GetParam() + 1); ++seed) {
+    const CutSequence sequence = MakeCutSequence(seed);
+    const CutSequenceResult result = RunCutSequence(sequence);
+    EXPECT_EQ(result.failure, "") << "seed " << seed << " (" << sequence.name << ")";
+    done += result.done;
+    refused += result.refused;
+  }
+  EXPECT_GT(done, 30);
+  EXPECT_LT(refused, 0.25 * done);  // coarse meshes, tight bends
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, CutSequences, ::testing::Range(0u, 6u));
+
+/// Sequences that broke a guarantee once. 176, 288, 367, 510: the demanded angle was relaxed after
+/// an earlier cut.
+TEST(CutSequencesKept, StayRepaired) {
+  for (unsigned seed : {176u, 288u, 367u, 510u}) {
+    const CutSequence sequence = MakeCutSequence(seed);
+    EXPECT_EQ(RunCutSequence(sequence).failure, "") << "seed " << seed << " " << sequence.name;
+  }
+}
+
+}  // namespace
+}  // namespace kerf::testing
