@@ -108,8 +108,7 @@ BENCHMARK(BM_Tracking)
     ->Arg(225)
     ->Arg(500)
     ->Arg(1000)
-    ->Unit(benchmark::kMillisecond)
-    ->Iterations(3);
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace kerf::testing
