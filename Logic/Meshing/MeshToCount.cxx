@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "Meshing/DomainMesher.h"
+#include "Meshing/ImproveDihedral.h"
 #include "Meshing/TetMesher.h"
 
 namespace kerf {
@@ -67,6 +68,7 @@ TetMesh MeshToCount(const DomainMesher& domain, const std::string& where,
   run.edge_mm = std::cbrt(6.5 * target_mm3 / wanted);
   const double largest_edge = 0.5 * std::cbrt(target_mm3);
   run.edge_mm = std::min(run.edge_mm, largest_edge);
+  Index last_count = 0;
   // Count and enclosed volume settle together; refinement alone takes a tenth of a second.
   for (int i = 0; i < 8; ++i) {
     progress.Report(0.1 + 0.05 * i, "finding the cell size");
@@ -80,7 +82,10 @@ TetMesh MeshToCount(const DomainMesher& domain, const std::string& where,
     const SurfaceMesh boundary = BoundarySurface(mesh, mesh.rest);
     const double volume = Volume_mm3(mesh);
     const double volume_error = volume / target_mm3 - 1.0;
-    const bool at_limit = run.edge_mm >= largest_edge && ratio > 1.0;
+    // Thin bodies need cells of their thickness: beyond that a larger size changes nothing.
+    const bool at_limit = ratio > 1.0 && (run.edge_mm >= largest_edge ||
+                                          std::abs(mesh.TetCount() - last_count) < 0.02 * wanted);
+    last_count = mesh.TetCount();
     if ((std::abs(ratio - 1.0) < 0.04 || at_limit) &&
         (!domain.HasOffset() || std::abs(volume_error) < 0.002))
       break;
@@ -106,6 +111,12 @@ TetMesh MeshToCount(const DomainMesher& domain, const std::string& where,
     TetMesh mesh = domain.Mesh(run, progress);
     if (mesh.TetCount() == 0) continue;
     mesh = LargestComponent(mesh, where, progress);
+    DihedralOptions dihedral;
+    // A little more than asked, so that no rounding falls below.
+    dihedral.wanted_deg = options.min_dihedral_deg + 0.5;
+    dihedral.boundary_shift_mm = domain.HasOffset() ? 0.08 * run.edge_mm : 0.0;
+    dihedral.interface_shift_mm = 0.15 * run.edge_mm;
+    ImproveDihedral(dihedral, &mesh);
     const MeshQuality quality = MeasureQuality(mesh, mesh.rest);
     if (!best_quality || Better(quality, *best_quality, options.min_dihedral_deg)) {
       best = std::move(mesh);
