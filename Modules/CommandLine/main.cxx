@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   app.fallthrough(false);
   kerf::AddPlanCommand(app, context);
   kerf::AddPhantomCommand(app, context);
+  kerf::AddDemoCommand(app, context);
   kerf::AddReplayCommand(app, context);
   kerf::AddEvaluateCommand(app, context);
   kerf::AddExportCommand(app, context);
