@@ -251,6 +251,46 @@ TEST(Tracking, HiddenFeaturesAreSaidToBeSoAndComeBack) {
   EXPECT_LT(score.worst_px, 1.0);
 }
 
+/// A second of smoke: contrast falls to a third under a white veil with noise, and clears again.
+TEST(Tracking, SmokeHidesButDoesNotMislead) {
+  const int frames = 45;
+  const Motion motion(Tissue(kWidth, kHeight, 21), 1.1, 1, 4, 12, frames);
+  const auto tracker = MakeFeatureTracker();
+  FeatureSet features =
+      tracker->Detect(MakeFrame(0, motion.Picture(0)), FullMask(kWidth, kHeight, 60), 120);
+  const Pixels start = features.pixels;
+  cv::RNG random(22);
+  for (int i = 1; i < frames; ++i) {
+    cv::Mat picture = motion.Picture(i), noise(kHeight, kWidth, CV_8UC3);
+    const double veil =
+        i < 10 || i > 34 ? 0.0 : 0.65 * std::min(1.0, std::min(i - 9, 35 - i) / 4.0);
+    picture.convertTo(picture, -1, 1 - veil, 130 * veil);
+    random.fill(noise, cv::RNG::NORMAL, 8, 2.5);
+    picture = picture + noise - cv::Scalar::all(8);
+    tracker->Track(MakeFrame(i, picture), &features);
+    EXPECT_LT(ScoreOf(features, start, motion, i).worst_px, 3.0) << "frame " << i;
+  }
+  EXPECT_GT(ScoreOf(features, start, motion, frames - 1).tracked, 0.9);
+}
+
+/// The camera jumps by more than tissue ever moves: what is still called tracked has to be right.
+TEST(Tracking, AJumpIsFollowedOrLostButNeverGuessed) {
+  const cv::Mat picture = Tissue(kWidth, kHeight, 23);
+  const auto tracker = MakeFeatureTracker();
+  FeatureSet features = tracker->Detect(MakeFrame(0, picture), FullMask(kWidth, kHeight, 60), 120);
+  const Pixels start = features.pixels;
+  cv::Mat moved;
+  cv::warpAffine(picture, moved, cv::Matx23d(1, 0, 31, 0, 1, -17), picture.size(), cv::INTER_LINEAR,
+                 cv::BORDER_REFLECT);
+  for (int i = 1; i < 4; ++i) tracker->Track(MakeFrame(i, moved), &features);
+  int wrong = 0;
+  for (Index k = 0; k < features.Size(); ++k)
+    if (features.status[k] == FeatureStatus::Tracked &&
+        (features.pixels.row(k) - start.row(k) - Eigen::RowVector2d(31, -17)).norm() > 1)
+      ++wrong;
+  EXPECT_LE(wrong, 1);
+}
+
 /// The picture parts along a line: features on either side go on, in their own direction, and none
 /// is a loner.
 TEST(Tracking, ACutIsNoReasonToLoseTheSides) {
