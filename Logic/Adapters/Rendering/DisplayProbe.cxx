@@ -5,6 +5,8 @@
 #include <GL/glxext.h>
 #include <X11/Xlib.h>
 
+#include <cstdio>
+
 namespace kerf {
 namespace {
 
@@ -66,6 +68,19 @@ bool ProbeDisplay(std::string* why_not) {
   XSetErrorHandler(previous);
   XCloseDisplay(display);
   return ok;
+}
+
+void SurviveDisplayLoss(void* x_display) {
+  if (!x_display) return;
+  // Xlib's own handler ends the process before it looks at the display's exit handler; ours
+  // returns, so that the exit handlers decide: this display's does nothing, that of every other
+  // display still ends the process.
+  XSetIOErrorHandler([](Display*) {
+    std::fputs("The X display was lost.\n", stderr);
+    return 0;
+  });
+  XSetIOErrorExitHandler(
+      static_cast<Display*>(x_display), [](Display*, void*) {}, nullptr);
 }
 
 }  // namespace kerf

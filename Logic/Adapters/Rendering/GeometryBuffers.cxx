@@ -18,6 +18,7 @@
 
 #include <algorithm>
 
+#include "Adapters/Rendering/DisplayProbe.h"
 #include "Adapters/Rendering/LensCamera.h"
 #include "Adapters/Rendering/vtkKerfLensWarp.h"
 
@@ -119,6 +120,8 @@ struct GeometryBuffers::Implementation {
     window->SetMultiSamples(0);
     window->SwapBuffersOff();  // nobody looks at the window: only its buffers are read
     window->SetSize(2 * c.width, c.height);
+    window->Start();  // connects
+    SurviveDisplayLoss(window->GetGenericDisplayId());
     for (int side = 0; side < 2; ++side) {
       renderer[side]->SetViewport(0.5 * side, 0, 0.5 * side + 0.5, 1);
       renderer[side]->SetBackground(0, 0, 0);

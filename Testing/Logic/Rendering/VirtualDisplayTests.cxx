@@ -45,6 +45,20 @@ TEST(VirtualDisplayChild, DISABLED_EndsAsTold) {
   fs::rename(file + ".part", file);
   if (end == "exit") std::exit(0);
   if (end == "abort") std::abort();
+  if (end == "lose-display") {
+    const CameraModel lens = testing::PlainLens(64, 48);
+    const SurfaceMesh ball = testing::Sphere(Vec3::Zero(), Vec3::Constant(20), 2);
+    bool all = true;
+    {
+      GeometryBuffers buffers(lens);
+      for (int i = 0; i < 6; ++i) {
+        if (i == 3) EndVirtualDisplay();
+        buffers.Render({{&ball, GeometryBuffers::Outer, nullptr}}, {});
+        all = all && buffers.Front().surface[24 * 64 + 32] == GeometryBuffers::Outer;
+      }
+    }  // closes the lost connection
+    std::exit(all ? 0 : 1);
+  }
   if (end == "signal") std::this_thread::sleep_for(std::chrono::seconds(60));
   if (end == "draw-after-interrupt") {
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
@@ -130,6 +144,13 @@ TEST_F(VirtualDisplay, CtrlCIsForTheProgramNotForTheDisplay) {
   const int status = Wait(child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   EXPECT_TRUE(IsGone(child.display));
+}
+
+TEST_F(VirtualDisplay, ALostDisplayDoesNotEndTheRecording) {
+  const Child child = Start("lose-display", {});
+  const int status = Wait(child);
+  if (!child.available) GTEST_SKIP() << child.why;
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 TEST_F(VirtualDisplay, WithoutXvfbRenderingIsOffAndNothingBreaks) {
