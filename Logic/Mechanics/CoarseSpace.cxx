@@ -45,7 +45,8 @@ void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field
   node_of_function_.clear();
   functions_of_node_.assign(size_.prod(), {});
   parts_.assign(field.Chunks().size(), {});
-  Split(field, std::vector<char>(size_.prod(), 1));
+  bool altered = false;
+  Split(field, std::vector<char>(size_.prod(), 1), std::vector<char>(rest.size(), 0), &altered);
   OrderFunctions();
 }
 
@@ -76,7 +77,8 @@ void CoarseSpace::SetRow(const Vec3& rest, Index inner) {
 }
 
 std::vector<Index> CoarseSpace::Split(const ElementField& field,
-                                      const std::vector<char>& flagged_nodes) {
+                                      const std::vector<char>& flagged_nodes,
+                                      const std::vector<char>& is_old, bool* altered) {
   const Index vertices = static_cast<Index>(rows_.size());
   std::vector<char> near(vertices, 0);
   std::vector<Index> parent(node_.size());
@@ -85,7 +87,10 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
     if (node_[e] >= 0 && flagged_nodes[node_[e]]) near[e / 4] = 1;
   }
   // Vertices that share a tetrahedron and a node are connected at that node.
-  for (const ElementField::Chunk& chunk : field.Chunks())
+  for (const ElementField::Chunk& chunk : field.Chunks()) {
+    if (std::none_of(chunk.vertices.begin(), chunk.vertices.end(),
+                     [&](Index v) { return near[v]; }))
+      continue;
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
       Index corner[4];
       int nearby = 0;
@@ -106,10 +111,13 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
               }
         }
     }
+  }
   // Each part keeps the function of its first vertex where no other part has it.
+  std::vector<std::pair<Index, std::vector<Index>>> before;
   for (std::size_t node = 0; node < flagged_nodes.size(); ++node)
     if (flagged_nodes[node]) {
       for (Index function : functions_of_node_[node]) node_of_function_[function] = -1;
+      before.emplace_back(static_cast<Index>(node), std::move(functions_of_node_[node]));
       functions_of_node_[node].clear();
     }
   std::vector<Index> function_of_root(node_.size(), -1), changed;
@@ -123,7 +131,7 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
       Index& function = function_of_root[FindRoot(&parent, 4 * v + k)];
       if (function < 0) {
         const Index old = rows_[v].function[k];
-        if (old < FunctionCount() && node_of_function_[old] < 0) {
+        if (is_old[v] && old < FunctionCount() && node_of_function_[old] < 0) {
           function = old;
         } else {
           while (next_free < FunctionCount() && node_of_function_[next_free] >= 0) ++next_free;
@@ -133,41 +141,47 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
         node_of_function_[function] = static_cast<Index>(node);
         functions_of_node_[node].push_back(function);
       }
-      differs |= rows_[v].function[k] != function;
+      differs |= is_old[v] && rows_[v].function[k] != function;
       rows_[v].function[k] = static_cast<std::uint16_t>(function);
     }
     if (differs) changed.push_back(v);
   }
+  *altered = false;
+  for (const auto& [node, functions] : before) *altered |= functions_of_node_[node] != functions;
   return changed;
 }
 
-std::vector<Index> CoarseSpace::Apply(const std::vector<Vec3>& rest, const ElementField& field,
-                                      const ElementField::Patch& patch) {
+bool CoarseSpace::Apply(const std::vector<Vec3>& rest, const ElementField& field,
+                        const ElementField::Patch& patch, std::vector<Index>* stale) {
   rows_.resize(rest.size());
   node_.resize(4 * rest.size(), -1);
-  std::vector<char> flagged(functions_of_node_.size(), 0), changed(rest.size(), 0);
-  for (Index v : patch.new_vertices) {
-    SetRow(rest[v], v);
-    changed[v] = 1;
-  }
   for (Index v = 0; v < static_cast<Index>(rest.size()); ++v)
     if (field.Outer(v) < 0) {
       rows_[v] = {};
-      for (int k = 0; k < 4; ++k) node_[4 * v + k] = -1;
+      std::fill_n(node_.begin() + 4 * v, 4, -1);
     }
-  for (Index v : patch.touched)
+  // Only a vertex that came as a copy can have cut the support of a node in two.
+  std::vector<char> flagged(functions_of_node_.size(), 0), is_old(rest.size(), 1);
+  for (Index v : patch.new_vertices) {
+    SetRow(rest[v], v);
+    is_old[v] = 0;
     for (int k = 0; k < 4; ++k)
       if (node_[4 * v + k] >= 0) flagged[node_[4 * v + k]] = 1;
-  for (Index v : Split(field, flagged)) changed[v] = 1;
-  OrderFunctions();
-  std::vector<char> is_stale(field.Chunks().size(), 0);
-  for (Index c : patch.chunks) is_stale[c] = 1;
-  std::vector<Index> stale;
-  for (Index c = 0; c < static_cast<Index>(is_stale.size()); ++c) {
-    for (Index v : field.Chunks()[c].vertices) is_stale[c] |= changed[v];
-    if (is_stale[c]) stale.push_back(c);
   }
-  return stale;
+  bool altered = false;
+  const std::vector<Index> changed = Split(field, flagged, is_old, &altered);
+  stale->clear();
+  // With the same functions, a copy moves as its original does: the Galerkin matrix is what it was.
+  if (!altered && changed.empty()) return false;
+  OrderFunctions();
+  std::vector<char> is_changed(rest.size(), 0), is_stale(field.Chunks().size(), 0);
+  for (Index v : changed) is_changed[v] = 1;
+  for (Index v : patch.new_vertices) is_changed[v] = 1;
+  for (Index c = 0; c < static_cast<Index>(is_stale.size()); ++c) {
+    for (Index v : field.Chunks()[c].vertices) is_stale[c] |= is_changed[v];
+    if (is_stale[c]) stale->push_back(c);
+  }
+  return true;
 }
 
 void CoarseSpace::OrderFunctions() {

@@ -24,10 +24,10 @@ class CoarseSpace {
 
   /// @param rest rest positions by inner vertex
   void Reset(const std::vector<Vec3>& rest, const ElementField& field);
-  /// Rows of new vertices; functions whose support changed are split. @return chunks whose Galerkin
-  /// part is out of date
-  std::vector<Index> Apply(const std::vector<Vec3>& rest, const ElementField& field,
-                           const ElementField::Patch& patch);
+  /// Rows of new vertices; functions whose support fell apart are split. @return whether that
+  /// changed the functions; then `stale` has the chunks whose Galerkin part is out of date
+  bool Apply(const std::vector<Vec3>& rest, const ElementField& field,
+             const ElementField::Patch& patch, std::vector<Index>* stale);
   /// Galerkin parts of these chunks at the rotations of the last linearization.
   void Assemble(const Workers& workers, const ElementField& field,
                 const std::vector<Index>& chunks);
@@ -46,8 +46,10 @@ class CoarseSpace {
     float block[9];
   };
   void SetRow(const Vec3& rest, Index inner);
-  /// Splits the flagged nodes by connectivity. @return inner vertices whose row changed
-  std::vector<Index> Split(const ElementField& field, const std::vector<char>& flagged_nodes);
+  /// Splits the flagged nodes by connectivity. @param is_old by inner vertex: its row is in use.
+  /// @return those of them whose row changed; `altered`: a node has other functions than before
+  std::vector<Index> Split(const ElementField& field, const std::vector<char>& flagged_nodes,
+                           const std::vector<char>& is_old, bool* altered);
   void OrderFunctions();
 
   double cell_mm_ = 1.0;

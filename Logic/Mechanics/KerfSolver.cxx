@@ -17,7 +17,7 @@ constexpr int kMaxHalvings = 10;
 constexpr double kCgReduction = 0.01;
 constexpr double kVertexToleranceMm = 0.05;
 /// The iteration sees the lower end of the spectrum from above.
-constexpr double kGapSafety = 1.5, kErrorSafety = 0.6;
+constexpr double kGapSafety = 1.5, kErrorSafety = 1.0;
 /// Motion below which nothing is worth solving, whatever the relative energy gap.
 constexpr double kStillMm = 0.002;
 /// Total stiffness of the proximal anchors of a component, relative to its springs
@@ -290,7 +290,9 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
   solve.start_nJ = solve.end_nJ = start_nJ;
   std::fill(step_.begin(), step_.end(), F4{});
   const Index chunks = static_cast<Index>(field_.Chunks().size());
-  const double target = std::max(kCgReduction * kCgReduction * start_nJ, enough_nJ);
+  // Where the energy is good enough already, it is the vertices that are not.
+  const double target =
+      std::max(kCgReduction * kCgReduction * start_nJ, std::min(enough_nJ, 0.05 * start_nJ));
   std::vector<double> alphas, betas;
   double rz = start_nJ, farthest = 0.0;
   while (solve.iterations < kMaxCgIterations && rz > target) {

@@ -21,13 +21,25 @@ void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec
 
 void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec3>& rest,
                                    const ElementField& field, const ElementField::Patch& patch) {
-  Refresh(workers, field, coarse_.Apply(rest, field, patch));
+  std::vector<Index> stale;
+  if (coarse_.Apply(rest, field, patch, &stale)) {
+    coarse_.Assemble(workers, field, stale);
+    coarse_stale_ = true;
+  }
+  factored_anchor_.resize(field.VertexCount(), 0.0f);
+  RefreshDiagonal(workers, field, patch.chunks);
 }
 
 void TwoLevelPreconditioner::Refresh(const Workers& workers, const ElementField& field,
                                      const std::vector<Index>& chunks) {
-  stale_ = true;
+  coarse_stale_ = true;
   coarse_.Assemble(workers, field, chunks);
+  RefreshDiagonal(workers, field, chunks);
+}
+
+void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const ElementField& field,
+                                             const std::vector<Index>& chunks) {
+  diagonal_stale_ = true;
   workers.ForChunks(static_cast<Index>(chunks.size()), 1, [&](Index which, Index) {
     const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
     std::vector<Diagonal>& diagonal = diagonal_[chunks[which]];
@@ -59,7 +71,7 @@ void TwoLevelPreconditioner::Refresh(const Workers& workers, const ElementField&
 
 void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& field,
                                     const FeatureLoads& loads, const std::vector<float>& anchor) {
-  bool same = !stale_ && factored_stiffness_.size() == loads.Loads().size() &&
+  bool same = !coarse_stale_ && factored_stiffness_.size() == loads.Loads().size() &&
               factored_anchor_.size() == anchor.size();
   if (same) {
     double change = 0.0, sum = 0.0;
@@ -73,13 +85,19 @@ void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& 
     }
     same = change <= kLoadChange * sum;
   }
-  if (same) return;
-  stale_ = false;
-  factored_anchor_ = anchor;
-  factored_stiffness_.resize(loads.Loads().size());
-  for (std::size_t l = 0; l < factored_stiffness_.size(); ++l)
-    factored_stiffness_[l] = loads.Loads()[l].stiffness;
+  if (!same) {
+    factored_anchor_ = anchor;
+    factored_stiffness_.resize(loads.Loads().size());
+    for (std::size_t l = 0; l < factored_stiffness_.size(); ++l)
+      factored_stiffness_[l] = loads.Loads()[l].stiffness;
+    coarse_.Factor(loads, anchor);
+  }
+  if (!same || diagonal_stale_) InvertDiagonal(workers, field, loads);
+  coarse_stale_ = diagonal_stale_ = false;
+}
 
+void TwoLevelPreconditioner::InvertDiagonal(const Workers& workers, const ElementField& field,
+                                            const FeatureLoads& loads) {
   std::vector<Diagonal> sum(field.VertexCount(), Diagonal{});
   for (std::size_t c = 0; c < diagonal_.size(); ++c)
     for (std::size_t i = 0; i < diagonal_[c].size(); ++i)
@@ -93,7 +111,7 @@ void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& 
       const Diagonal& d = sum[v];
       Mat3 block;
       block << d[0], d[5], d[4], d[5], d[1], d[3], d[4], d[3], d[2];
-      block.diagonal().array() += anchor[v];
+      block.diagonal().array() += factored_anchor_[v];
       const Mat3 inverse = block.inverse();
       if (!inverse.allFinite() || !(inverse.diagonal().minCoeff() > 0.0)) continue;
       const Eigen::Matrix3f f = inverse.cast<float>();
@@ -102,7 +120,6 @@ void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& 
                      {f(0, 2), f(1, 2), f(2, 2), 0}};
     }
   });
-  coarse_.Factor(loads, anchor);
 }
 
 }  // namespace kerf

@@ -53,11 +53,14 @@ class TwoLevelPreconditioner {
   };
   using Diagonal = std::array<float, 6>;  ///< xx yy zz yz xz xy
   CoarseSpace coarse_;
+  void RefreshDiagonal(const Workers& workers, const ElementField& field,
+                       const std::vector<Index>& chunks);
+  void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads);
   std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
   std::vector<Inverse> inverse_;
   std::vector<double> factored_stiffness_;  ///< of each load
   std::vector<float> factored_anchor_;
-  bool stale_ = true;
+  bool coarse_stale_ = true, diagonal_stale_ = true;
 };
 
 }  // namespace kerf
