@@ -34,8 +34,8 @@ class BindingSurface {
 
  private:
   const TetMesh& mesh_;
+  std::vector<Index> vertex_of_point_, tet_of_triangle_;  // filled while surface_ is made: before it
   SurfaceMesh surface_;
-  std::vector<Index> vertex_of_point_, tet_of_triangle_;
   SurfaceTree tree_;
 };
 
