@@ -127,11 +127,57 @@ void MarkVerticesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     vertex.on = surface.Closest(vertex.rest, kOnS * vertex.size_mm).triangle >= 0;
 }
 
-std::vector<std::array<int, 2>> EdgesCrossed(const SurfaceIndex& surface, const CutPatch& patch) {
-  std::vector<std::array<int, 2>> crossed;
-  for (const auto& e : EdgesNear(patch, NearOf(surface, patch)))
-    if (CrossingToSplit(surface, patch, e[0], e[1]) >= 0) crossed.push_back(e);
-  return crossed;
+std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutPatch& patch) {
+  std::vector<CrossedEdge> crossed;
+  for (const auto& [a, b] : EdgesNear(patch, NearOf(surface, patch))) {
+    const double t = CrossingToSplit(surface, patch, a, b);
+    if (t >= 0) crossed.push_back({a, b, t});
+  }
+  if (crossed.empty()) return crossed;
+  const auto find = [&](int a, int b) -> std::ptrdiff_t {
+    const CrossedEdge key{std::min(a, b), std::max(a, b), 0};
+    const auto it = std::lower_bound(crossed.begin(), crossed.end(), key,
+                                     [](const CrossedEdge& x, const CrossedEdge& y) {
+                                       return x.a != y.a ? x.a < y.a : x.b < y.b;
+                                     });
+    return it != crossed.end() && it->a == key.a && it->b == key.b ? it - crossed.begin() : -1;
+  };
+  std::vector<char> through(crossed.size(), 0);
+  for (const auto& tet : patch.tets) {
+    if (!patch.vertices[tet.v[0]].core || !patch.vertices[tet.v[1]].core ||
+        !patch.vertices[tet.v[2]].core || !patch.vertices[tet.v[3]].core)
+      continue;
+    std::ptrdiff_t edge[4][4];
+    bool any = false;
+    for (int i = 0; i < 4; ++i)
+      for (int k = i + 1; k < 4; ++k) {
+        edge[i][k] = edge[k][i] = find(tet.v[i], tet.v[k]);
+        any = any || edge[i][k] >= 0;
+      }
+    if (!any) continue;
+    // Off vertices fall into two sides: crossed edges join different sides, uncrossed ones the
+    // same.
+    int side[4] = {0, 0, 0, 0};
+    bool consistent = true;
+    int first = -1;
+    for (int i = 0; i < 4 && first < 0; ++i)
+      if (!patch.vertices[tet.v[i]].on) first = i;
+    if (first < 0) continue;
+    for (int i = 0; i < 4; ++i)
+      if (!patch.vertices[tet.v[i]].on) side[i] = i == first || edge[first][i] < 0 ? 1 : -1;
+    for (int i = 0; i < 4; ++i)
+      for (int k = i + 1; k < 4; ++k)
+        if (side[i] != 0 && side[k] != 0)
+          consistent = consistent && (side[i] != side[k]) == (edge[i][k] >= 0);
+    if (!consistent) continue;
+    for (int i = 0; i < 4; ++i)
+      for (int k = i + 1; k < 4; ++k)
+        if (edge[i][k] >= 0) through[edge[i][k]] = 1;
+  }
+  std::vector<CrossedEdge> out;
+  for (std::size_t i = 0; i < crossed.size(); ++i)
+    if (through[i]) out.push_back(crossed[i]);
+  return out;
 }
 
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
@@ -155,9 +201,8 @@ Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
     if (near[v].distance_mm <= 0.02 * vertex.size_mm)
       add(static_cast<int>(v), near[v].distance_mm / vertex.size_mm, -1);
   }
-  for (const auto& [a, b] : EdgesNear(*patch, near)) {
-    const double t = CrossingToSplit(surface, *patch, a, b);
-    if (t < 0 || patch->vertices[a].on || patch->vertices[b].on) continue;
+  for (const auto& [a, b, t] : EdgesCutThrough(surface, *patch)) {
+    if (patch->vertices[a].on || patch->vertices[b].on) continue;
     if (t <= options.snap_fraction) add(a, t, b);
     if (1 - t <= options.snap_fraction) add(b, 1 - t, a);
   }
@@ -204,7 +249,7 @@ Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
       jobs.push({(patch->vertices[a].rest - patch->vertices[b].rest).norm(), std::min(a, b),
                  std::max(a, b)});
   };
-  for (const auto& [a, b] : EdgesNear(*patch, NearOf(surface, *patch))) add(a, b);
+  for (const CrossedEdge& e : EdgesCutThrough(surface, *patch)) add(e.a, e.b);
   Index made = 0;
   const std::size_t limit = 8 * patch->vertices.size() + 64;
   while (!jobs.empty() && patch->vertices.size() < limit) {

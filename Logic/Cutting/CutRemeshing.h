@@ -34,8 +34,15 @@ void ImprovePatch(const SurfaceIndex& surface, const RemeshingOptions& options,
 /// Marks vertices that lie on S already.
 void MarkVerticesOnS(const SurfaceIndex& surface, CutPatch* patch);
 
-/// Edges that S crosses away from vertices marked as on S, ascending.
-std::vector<std::array<int, 2>> EdgesCrossed(const SurfaceIndex& surface, const CutPatch& patch);
+/// An edge a < b that S crosses at a + t (b − a) and that belongs to a tetrahedron which S cuts
+/// through: all of its edges between the two sides are crossed. Edges at the rim of S that only
+/// enter a tetrahedron open nothing and are left for a later increment.
+struct CrossedEdge {
+  int a, b;
+  double t;
+};
+/// Ascending by (a, b); only edges between vertices marked as core.
+std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutPatch& patch);
 
 /// Parameter where S crosses the edge a–b and has to split it, or −1.
 double CrossingToSplit(const SurfaceIndex& surface, const CutPatch& patch, int a, int b);

@@ -279,6 +279,16 @@ Structure CutStructureSurface(const Structure& structure, const CutSurface& surf
   if (near.triangle.empty()) return out;
   StructureCutter cutter(near.surface, s, opened);
 
+  // A point between S and the faces that stand for it hangs on the side that S puts it on.
+  auto bind_by_side = [&](const Vec3& p, Index row) {
+    const SurfaceNear at = s.Closest(p, opened.Reach_mm());
+    if (at.triangle < 0 || !opened.Reaches(p)) return;
+    const Vec3 direction = (p - at.point).dot(at.normal) >= 0 ? at.normal : Vec3(-at.normal);
+    if (opened.SideOf(p, direction) >= 0) return;
+    Vec4 weights;
+    opened.Bind(p, direction, &out.embedding.tet[row], &weights);
+    out.embedding.weights.row(row) = weights.transpose();
+  };
   const Index old_triangles = static_cast<Index>(structure.rest.triangles.rows());
   if (mode == StructureCutMode::DeleteTriangles) {
     std::vector<char> gone(old_triangles, 0);
@@ -288,6 +298,8 @@ Structure CutStructureSurface(const Structure& structure, const CutSurface& surf
     for (Index t = 0; t < old_triangles; ++t)
       if (!gone[t]) out.rest.triangles.row(kept++) = structure.rest.triangles.row(t);
     out.rest.triangles.conservativeResize(kept, 3);
+    for (std::size_t v = 0; v < near.point.size(); ++v)
+      bind_by_side(cutter.patch.points[v], near.point[v]);
     return out;
   }
 
@@ -303,18 +315,15 @@ Structure CutStructureSurface(const Structure& structure, const CutSurface& surf
   out.embedding.weights.conservativeResize(points, 4);
   for (std::size_t v = 0; v < row.size(); ++v) {
     const bool fresh = v >= near.point.size();
-    if (fresh) out.rest.points.row(row[v]) = patch.points[v].transpose();
     const Vec3& p = patch.points[v];
-    if (!fresh && !opened.Reaches(p)) continue;
+    if (fresh) out.rest.points.row(row[v]) = p.transpose();
     if (patch.fan[v].empty()) continue;
-    // A point between S and the faces that stand for it hangs on the side that S puts it on.
-    const SurfaceNear at = s.Closest(p, opened.Reach_mm());
-    if (!fresh && at.triangle < 0) continue;
-    Vec3 direction = cutter.SideDirection(static_cast<int>(v));
     if (!cutter.On(static_cast<int>(v))) {
-      if ((p - at.point).dot(direction) < 0) direction = -direction;
-      if (opened.SideOf(p, direction) >= 0) continue;
+      bind_by_side(p, row[v]);
+      continue;
     }
+    if (!fresh && !opened.Reaches(p)) continue;
+    const Vec3 direction = cutter.SideDirection(static_cast<int>(v));
     Vec4 weights;
     opened.Bind(p, direction, &out.embedding.tet[row[v]], &weights);
     out.embedding.weights.row(row[v]) = weights.transpose();

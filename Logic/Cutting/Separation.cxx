@@ -245,8 +245,8 @@ std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
   MarkVerticesOnS(surface, &near);
   std::vector<char> work(near.tets.size(), 0);
   for (const auto& face : FacesOnS(surface, near)) work[face.tet[0]] = work[face.tet[1]] = 1;
-  for (const auto& [a, b] : EdgesCrossed(surface, near))
-    for (int t : near.Around(a, b)) work[t] = 1;
+  for (const CrossedEdge& edge : EdgesCutThrough(surface, near))
+    for (int t : near.Around(edge.a, edge.b)) work[t] = 1;
   std::vector<Index> tets;
   for (std::size_t t = 0; t < work.size(); ++t)
     if (work[t]) tets.push_back(near.old_tet[t]);

@@ -4,6 +4,7 @@
 
 #include "Cutting/CutStructure.h"
 #include "Cutting/ExtrudePolyline.h"
+#include "Cutting/SurfaceIndex.h"
 #include "Cutting/TetCutter.h"
 #include "Geometry/EmbedPoints.h"
 #include "Support/TestMeshes.h"
@@ -93,8 +94,10 @@ TEST_P(CutStructures, SplitAlongSAndPartWithTheOrgan) {
   EXPECT_LT(scene.LongestEdgeApart(scene.tumour), 3);
   EXPECT_LT(scene.LongestEdgeApart(scene.tube), 4);
   // Rim points lie on S.
-  const SurfaceMesh s{Scene::UpTo(60, GetParam()).points, Scene::UpTo(60, GetParam()).triangles};
-  EXPECT_GT(s.triangles.rows(), 0);
+  const SurfaceIndex index(Scene::UpTo(60, GetParam()));
+  const Index old_points = SphereSurface({2, 3, 1}, 9, 3).points.rows();
+  for (Index i = old_points; i < scene.tumour.rest.points.rows(); ++i)
+    EXPECT_LT(index.Closest(scene.tumour.rest.points.row(i).transpose(), 10).distance_mm, 1e-9);
 }
 
 TEST_P(CutStructures, Equation12DeletesWhatMeetsS) {

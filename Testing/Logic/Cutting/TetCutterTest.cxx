@@ -70,8 +70,9 @@ TEST(TetCutter, TwentyIncrementsAreAsGoodAsOne) {
   once.Cut(PlaneX(2.3, 40));
   EXPECT_EQ(grown.report.components, 2);
   EXPECT_EQ(once.report.components, 2);
-  EXPECT_LT(grown.mesh.TetCount() - once.mesh.TetCount(),
-            0.5 * (once.mesh.TetCount() - 2500) + 200);
+  EXPECT_NEAR(grown.report.component_volume_mm3[0], once.report.component_volume_mm3[0],
+              0.02 * grown.volume_mm3);
+  EXPECT_LT(grown.mesh.TetCount() - once.mesh.TetCount(), 0.25 * once.mesh.TetCount());
 }
 
 TEST(TetCutter, AgainAlongTheSameSurfaceChangesNothing) {
