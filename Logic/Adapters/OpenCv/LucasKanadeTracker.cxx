@@ -162,6 +162,16 @@ class LucasKanadeTracker : public VideoTracker {
     allowed.setTo(0, texture < 2e-5);
     std::vector<InterestPoint> points =
         DetectInterestPoints(current_.Grey(), allowed, options_.detector);
+    // Too few to choose from would mean clusters: corners fill in, after the detector's own points.
+    if (static_cast<int>(points.size()) < 3 * wanted && options_.detector != "gftt") {
+      float weakest = 0;
+      for (const InterestPoint& point : points) weakest = std::min(weakest, point.score);
+      std::vector<InterestPoint> corners = DetectInterestPoints(current_.Grey(), allowed, "gftt");
+      for (InterestPoint& corner : corners) {
+        corner.score += weakest - 1e7F;
+        points.push_back(corner);
+      }
+    }
     std::vector<cv::Point2f> taken;
     for (const FeatureTrack& track : tracks_)
       if (!track.patch.Empty()) taken.push_back(ToCv(track.warp.t - current_.Origin()));
