@@ -2,8 +2,12 @@
 /// mm. Times are of the increments in the middle of the cut, where each opens about 4 cm².
 #include <benchmark/benchmark.h>
 
+#include <string>
+#include <utility>
+
 #include "Benchmarks/Percentiles.h"
 #include "Cutting/ExtrudePolyline.h"
+#include "Cutting/SurfaceIndex.h"
 #include "Cutting/TetCutter.h"
 #include "Support/TestMeshes.h"
 
@@ -50,7 +54,67 @@ void CuttingIncrement(benchmark::State& state, int n) {
   state.counters["smallest_dihedral_deg"] = angle_deg;
 }
 
+enum class Way { Snapping, Plain, Deleting };
+
+/// What a complete cut costs in nodes, tetrahedra, angle and volume: Kerf, subdivision without
+/// snapping, and deleting the tetrahedra that meet S.
+void CuttingComparison(benchmark::State& state, const TetMesh& mesh, const CutSurface& surface,
+                       Way way) {
+  CutOptions plain;
+  plain.snapping = false;
+  CutReport report;
+  TopologyChange change;
+  for (auto _ : state)
+    change = TetCutter(way == Way::Plain ? plain : CutOptions{}).Cut(mesh, surface, &report);
+  const double cm2 = report.cut_area_mm2 / 100;
+  if (way == Way::Deleting) {
+    const SurfaceIndex index(surface);
+    Index deleted = 0;
+    double lost_mm3 = 0, all_mm3 = 0;
+    std::vector<double> hits;
+    for (Index t = 0; t < mesh.TetCount(); ++t) {
+      const double volume = TetVolume(mesh.rest, mesh.tets, t);
+      all_mm3 += volume;
+      bool meets = false;
+      for (int i = 0; i < 4; ++i)
+        for (int k = i + 1; k < 4; ++k) {
+          index.Crossings(mesh.rest.row(mesh.tets(t, i)).transpose(),
+                          mesh.rest.row(mesh.tets(t, k)).transpose(), &hits);
+          meets = meets || !hits.empty();
+        }
+      if (!meets) continue;
+      ++deleted;
+      lost_mm3 += volume;
+    }
+    state.counters["nodes_per_cm2"] = 0;
+    state.counters["tets_per_cm2"] = -deleted / cm2;
+    state.counters["smallest_dihedral_deg"] = MeasureQuality(mesh, mesh.rest).smallest_dihedral_deg;
+    state.counters["volume_lost_percent"] = 100 * lost_mm3 / all_mm3;
+    return;
+  }
+  state.counters["nodes_per_cm2"] = report.new_vertices / cm2;
+  state.counters["tets_per_cm2"] = report.new_tets / cm2;
+  state.counters["smallest_dihedral_deg"] = report.smallest_dihedral_deg;
+  state.counters["volume_lost_percent"] = 0;
+}
+
+void RegisterComparison(const std::string& name, const TetMesh& mesh, const CutSurface& surface) {
+  for (const auto& [way, label] : {std::pair{Way::Snapping, "kerf"}, std::pair{Way::Plain, "plain"},
+                                   std::pair{Way::Deleting, "deleting"}})
+    benchmark::RegisterBenchmark(("Cutting/comparison/" + name + "/" + label).c_str(),
+                                 [mesh, surface, way = way](benchmark::State& state) {
+                                   CuttingComparison(state, mesh, surface, way);
+                                 })
+        ->Unit(benchmark::kMillisecond)
+        ->Iterations(1);
+}
+
 const bool registered = [] {
+  RegisterComparison("ellipsoid", EllipsoidMesh({60, 40, 20}, 9), CutUpTo(12));
+  RegisterComparison("band", BandMesh(6000),
+                     RectangleCut({3.1, -30, -8}, {9, 60, 0}, {0, 0, 16}, 30, 8));
+  RegisterComparison("irregular", Jitter(BoxMesh({40, 40, 40}, 10, 10, 10), 0.7, 8, 4),
+                     RectangleCut({1.3, -30, -25}, {0.9, 60, 0}, {0, 5, 60}, 30, 30));
   for (int n : {5, 9, 13, 17})
     benchmark::RegisterBenchmark(("Cutting/increment/" + std::to_string(20 * n * n * n)).c_str(),
                                  [n](benchmark::State& state) { CuttingIncrement(state, n); })
