@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
 
+#include "Adapters/Itk/DicomStructure.h"
 #include "Core/Errors.h"
 
 namespace kerf {
@@ -66,28 +66,17 @@ std::string NormalizedName(std::string name) {
   return name;
 }
 
-bool HasDicomMagic(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  char head[132] = {};
-  in.read(head, sizeof head);
-  return in.gcount() == 132 && std::string(head + 128, 4) == "DICM";
-}
-
 /// @return nothing for a file that is no DICOM image
 std::optional<DicomSlice> ReadHeader(const std::string& path) {
-  const bool magic = HasDicomMagic(path);
+  if (!CheckDicomStructure(path)) return std::nullopt;
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
-  if (!magic && !reader.CanRead()) return std::nullopt;
   bool read = false;
   try {
     read = reader.ReadUpToTag(kPixelData);
   } catch (const std::exception&) {
   }
-  if (!read) {
-    if (magic) throw InputError(path, "header", "breaks off or is damaged");
-    return std::nullopt;
-  }
+  if (!read) throw InputError(path, "header", "breaks off or is damaged");
   const gdcm::DataSet& data = reader.GetFile().GetDataSet();
   const std::string storage = Text(reader.GetFile().GetHeader(), 0x0002, 0x0002);
   if (storage == "1.2.840.10008.1.3.10") return std::nullopt;  // DICOMDIR

@@ -107,7 +107,7 @@ int PartAt(const Field<std::int32_t>& part, const Vec3& seed_mm) {
 /// What certainly is something else: fat, air and bone, and a person's background seeds.
 bool IsOther(float hu, const Tissue& tissue) {
   const double boundary = 0.5 * (tissue.mean_hu + kFatHu);
-  return hu < boundary - 25 || hu > tissue.mean_hu + 250;
+  return hu < boundary - 25 || hu > tissue.high_hu + 90;
 }
 
 Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnowledge& knowledge,
@@ -117,7 +117,9 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
   FillSame(image, tissue, &same);
   const Mask closed = Close(same, knowledge.closing_mm);
   for (std::size_t i = 0; i < same.values.size(); ++i)
-    if (closed.values[i] && !IsOther(image.values[i], tissue)) same.values[i] = 1;
+    if (closed.values[i] && image.values[i] > tissue.low_hu - 30 &&
+        image.values[i] < tissue.high_hu + 30)
+      same.values[i] = 1;
   same = FillHoles(same);
   for (const Vec3& point : background)
     for (std::size_t i = 0, n = same.values.size(); i < n; ++i) {
@@ -178,6 +180,12 @@ Mask Refine(const Volume& ct, const Mask& coarse, const Tissue& tissue,
     fine.size[axis] = (fine.size[axis] + 1) / 2;
     fine.spacing_mm[axis] *= 2;
   }
+  // Coarse scans are doubled: half of what a voxel holds may be the neighbour.
+  for (int axis = 0; axis < 3; ++axis)
+    if (fine.spacing_mm[axis] > 2) {
+      fine.size[axis] = 2 * fine.size[axis] - 1;
+      fine.spacing_mm[axis] /= 2;
+    }
   ScalarField image = Sample(ct, fine, progress);
   SubProgress denoising(progress, 0, 0.3);
   image = Denoise(image, 5, denoising);
@@ -195,7 +203,7 @@ Mask Refine(const Volume& ct, const Mask& coarse, const Tissue& tissue,
   Mask organ = AtLeast(RandomWalk(image, markers, {}, walking), 0.5f);
   SubProgress snapping(progress, 0.6, 1);
   organ = FillHoles(LargestComponent(organ));
-  const ScalarField snapped = SnapToEdges(image, SignedDistance_mm(organ), 15, snapping);
+  const ScalarField snapped = SnapToEdges(image, SignedDistance_mm(organ), 10, snapping);
   if (fine.size == crop.size) return FillHoles(LargestComponent(AtLeast(snapped, 0.f)));
   return FillHoles(LargestComponent(AtLeast(Resample(snapped, crop, -1e3f), 0.f)));
 }

@@ -145,6 +145,26 @@ void CheckMetaImageHeader(const std::string& path) {
   const auto spacing = Numbers(field(Lower(key)));
   if (spacing.size() != 3) throw InputError(path, "ElementSpacing", "missing");
   for (const double s : spacing) CheckSpacing(path, key, s);
+
+  // ITK takes what is there and leaves the rest undefined.
+  static const std::map<std::string, int> kBytes = {
+      {"met_char", 1}, {"met_uchar", 1}, {"met_short", 2},    {"met_ushort", 2},
+      {"met_int", 4},  {"met_uint", 4},  {"met_float", 4},    {"met_double", 8},
+      {"met_long", 8}, {"met_ulong", 8}, {"met_long_long", 8}};
+  const auto type = kBytes.find(Lower(field("elementtype")));
+  if (type == kBytes.end())
+    throw InputError(path, "ElementType", "'" + field("elementtype") + "' is not known");
+  const bool compressed = Lower(field("compresseddata")) == "true";
+  const std::string stored = field("compresseddatasize");
+  if (Lower(field("elementdatafile")) != "local" || (compressed && stored.empty())) return;
+  const double needed = compressed ? std::strtod(stored.c_str(), nullptr)
+                                   : sizes[0] * sizes[1] * sizes[2] * type->second;
+  const auto begin = in.tellg();
+  in.seekg(0, std::ios::end);
+  const double have = double(in.tellg() - begin);
+  if (begin < 0 || have < needed)
+    throw InputError(path, "voxel data",
+                     fmt::format("truncated: {:.0f} of {:.0f} bytes", have, needed));
 }
 
 }  // namespace kerf

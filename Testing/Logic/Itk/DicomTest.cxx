@@ -1,0 +1,212 @@
+#include <gtest/gtest.h>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "DicomFiles.h"
+#include "TestSupport.h"
+
+namespace kerf {
+namespace {
+
+using testing::DicomFile;
+using testing::InputErrorOf;
+using testing::Listener;
+using testing::Says;
+
+class DicomTest : public testing::FolderTest {
+ protected:
+  static DicomFile Slice(int n) { return DicomFile(8, 6, 100 + 2.0 * n, n); }
+  std::string File(int n) const { return Path("slice" + std::to_string(n)); }
+  /// Files in an order that is not the order of the slices.
+  void WriteSeries(int count = 5) {
+    for (int n = 0; n < count; ++n) Slice(n).Write(File((n * 3) % count));
+  }
+  Volume Read(const std::string& series = "") {
+    return ReadVolume(folder_.string(), {series}, heard_);
+  }
+  std::string Error() {
+    return InputErrorOf([&] { Read(); });
+  }
+  Listener heard_;
+};
+
+TEST_F(DicomTest, ReadsASeriesInTheOrderOfItsPositions) {
+  WriteSeries();
+  const Volume volume = Read();
+  EXPECT_EQ(volume.grid.size, Eigen::Vector3i(8, 6, 5));
+  EXPECT_TRUE(volume.grid.spacing_mm.isApprox(Vec3(0.75, 0.5, 2)));
+  EXPECT_TRUE(volume.grid.origin_mm.isApprox(Vec3(10, -20, 100)));
+  EXPECT_TRUE(volume.grid.direction.isApprox(Mat3::Identity()));
+  for (int k = 0; k < 5; ++k)
+    EXPECT_EQ((*volume.voxels)[volume.grid.Offset(3, 2, k)], -500 + 30 + 200 + k);
+  EXPECT_EQ(volume.metadata.at("series"), "1.2.3.4");
+  for (const auto& [key, value] : volume.metadata) EXPECT_EQ(value.find("Doe"), std::string::npos);
+  EXPECT_TRUE(heard_.warnings.empty()) << heard_.warnings.front();
+}
+
+TEST_F(DicomTest, KeepsAnObliqueOrientation) {
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  for (int n = 0; n < 4; ++n) {
+    DicomFile file = Slice(n);
+    file.Text(0x00200037, "DS", std::to_string(c) + "\\" + std::to_string(s) + "\\0\\0\\0\\-1");
+    const Vec3 normal = Vec3(c, s, 0).cross(Vec3(0, 0, -1));
+    const Vec3 at = Vec3(1, 2, 3) + 2.5 * n * normal;
+    file.Position(at[0], at[1], at[2]);
+    file.Write(File(n));
+  }
+  const Volume volume = Read();
+  EXPECT_NEAR(volume.grid.spacing_mm[2], 2.5, 1e-4);
+  EXPECT_TRUE(volume.grid.direction.col(0).isApprox(Vec3(c, s, 0), 1e-5));
+  EXPECT_TRUE(volume.grid.direction.col(1).isApprox(Vec3(0, 0, -1), 1e-5));
+  EXPECT_NEAR(volume.grid.direction.determinant(), 1, 1e-9);
+  EXPECT_TRUE(heard_.Heard("slice thickness 2.00 mm"));
+}
+
+TEST_F(DicomTest, WarnsOfMissingUidsAndForeignFiles) {
+  for (int n = 0; n < 4; ++n) {
+    DicomFile file = Slice(n);
+    for (const std::uint32_t tag : {0x00080016u, 0x00080018u, 0x0020000du, 0x0020000eu})
+      file.Text(tag, "UI", "");
+    file.Write(File(n));
+  }
+  WriteBytes(Path("notes.txt"), "no image");
+  const Volume volume = Read();
+  EXPECT_EQ(volume.grid.size[2], 4);
+  EXPECT_EQ(volume.metadata.at("series"), "no-uid-1");
+  EXPECT_TRUE(heard_.Heard("Instance UIDs are missing"));
+  EXPECT_TRUE(heard_.Heard("notes.txt"));
+}
+
+TEST_F(DicomTest, RefusesTwoPatientsWithoutNamingThem) {
+  WriteSeries();
+  DicomFile other = Slice(2);
+  other.Text(0x00100020, "LO", "P2");
+  other.Text(0x00100010, "PN", "Roe^Richard");
+  other.Write(File(2 * 3 % 5));
+  const std::string message = Error();
+  EXPECT_TRUE(Says(message, "two patients"));
+  EXPECT_TRUE(Says(message, "PatientID"));
+  EXPECT_EQ(message.find("Roe"), std::string::npos);
+}
+
+TEST_F(DicomTest, RefusesAMissingSlice) {
+  WriteSeries();
+  std::filesystem::remove(File(3 * 3 % 5));
+  const std::string message = Error();
+  EXPECT_TRUE(Says(message, "1 slice(s) missing"));
+  EXPECT_TRUE(Says(message, "ImagePositionPatient"));
+  EXPECT_TRUE(Says(message, File(4 * 3 % 5)));
+}
+
+TEST_F(DicomTest, RefusesATruncatedSlice) {
+  WriteSeries();
+  const std::string bytes = Slice(1).Bytes();
+  for (const std::size_t cut : {bytes.size() - 40, bytes.size() - 2}) {
+    WriteBytes(File(3), bytes.substr(0, cut));
+    const std::string message = Error();
+    EXPECT_TRUE(Says(message, "slice3"));
+    EXPECT_TRUE(Says(message, "runcated")) << cut;
+  }
+  WriteBytes(File(3), bytes.substr(0, 400));
+  EXPECT_TRUE(Says(Error(), "slice3"));
+}
+
+TEST_F(DicomTest, RefusesShortPixelData) {
+  WriteSeries();
+  DicomFile file = Slice(1);
+  file.elements[0x7fe00010].second.resize(40);
+  file.Write(File(3));
+  EXPECT_TRUE(Says(Error(), "slice3"));
+}
+
+TEST_F(DicomTest, RefusesATiltedGantry) {
+  for (int n = 0; n < 5; ++n) {
+    DicomFile file = Slice(n);
+    file.Position(10, -20 + 0.6 * n, 100 + 2 * n);
+    file.Write(File(n));
+  }
+  EXPECT_TRUE(Says(Error(), "tilted by 16.7°"));
+}
+
+TEST_F(DicomTest, AsksWhichSeriesAndTakesTheChosenOne) {
+  WriteSeries();
+  for (int n = 0; n < 4; ++n) {
+    DicomFile file = Slice(n);
+    file.Text(0x0020000e, "UI", "1.2.3.5");
+    file.Text(0x0008103e, "LO", "lung");
+    file.Write(Path("b" + std::to_string(n)));
+  }
+  const std::string message = Error();
+  EXPECT_TRUE(Says(message, "--series"));
+  EXPECT_TRUE(Says(message, "1.2.3.5 (CT lung, 4 slices)"));
+  EXPECT_EQ(Read("1.2.3.5").grid.size[2], 4);
+  EXPECT_THROW(Read("1.2.3.6"), UsageError);
+  EXPECT_EQ(ListSeries(folder_.string(), heard_).size(), 2u);
+}
+
+TEST_F(DicomTest, LeavesALocalizerOut) {
+  WriteSeries();
+  DicomFile scout(16, 16, 0, 9);
+  scout.Text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER");
+  scout.Write(Path("scout"));
+  EXPECT_EQ(Read().grid.size[2], 5);
+  EXPECT_TRUE(heard_.Heard("left out"));
+}
+
+TEST_F(DicomTest, NamesTheBrokenElement) {
+  struct Broken {
+    std::uint32_t tag;
+    const char *vr, *value, *says;
+  };
+  for (const Broken& b : {Broken{0x00280030, "DS", "0\\0.5", "PixelSpacing"},
+                          Broken{0x00280030, "DS", "-1\\0.5", "PixelSpacing"},
+                          Broken{0x00280030, "DS", "nan\\0.5", "PixelSpacing"},
+                          Broken{0x00280030, "DS", "", "PixelSpacing"},
+                          Broken{0x00200032, "DS", "", "ImagePositionPatient"},
+                          Broken{0x00200037, "DS", "1\\0\\0\\1\\0\\0", "ImageOrientation"},
+                          Broken{0x00281053, "DS", "0", "RescaleSlope"},
+                          Broken{0x00280008, "IS", "40", "NumberOfFrames"}}) {
+    WriteSeries();
+    DicomFile file = Slice(1);
+    file.Text(b.tag, b.vr, b.value);
+    file.Write(File(3));
+    EXPECT_TRUE(Says(Error(), b.says));
+  }
+  WriteSeries();
+  DicomFile colour = Slice(1);
+  colour.Number(0x00280002, 3);
+  colour.Write(File(3));
+  EXPECT_TRUE(Says(Error(), "colour"));
+}
+
+TEST_F(DicomTest, RefusesFoldersWithoutAVolume) {
+  EXPECT_TRUE(Says(Error(), "empty"));
+  WriteBytes(Path("notes.txt"), "no image");
+  EXPECT_TRUE(Says(Error(), "no DICOM image"));
+  Slice(0).Write(File(0));
+  EXPECT_TRUE(Says(Error(), "no volume"));
+}
+
+TEST_F(DicomTest, RefusesTwoVolumesInOneSeriesAndDropsCopies) {
+  WriteSeries();
+  Slice(2).Write(Path("copy"));
+  EXPECT_EQ(Read().grid.size[2], 5);
+  EXPECT_TRUE(heard_.Heard("the same image"));
+  DicomFile phase = Slice(2);
+  phase.Text(0x00080018, "UI", "1.2.3.4.77");
+  phase.Write(Path("phase"));
+  EXPECT_TRUE(Says(Error(), "same place"));
+}
+
+TEST(DicomData, ReadsARealSeriesWithoutUids) {
+  const std::string folder = testing::DataFolder() + "/ct-dicom";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+  Listener heard;
+  const Volume volume = ReadVolume(folder, {}, heard);
+  EXPECT_EQ(volume.grid.size, Eigen::Vector3i(512, 512, 20));
+  EXPECT_NEAR(volume.grid.spacing_mm[2], 2, 1e-6);
+  EXPECT_TRUE(heard.Heard("UIDs are missing"));
+  EXPECT_TRUE(heard.Heard("slice thickness 3.00 mm"));
+}
+
+}  // namespace
+}  // namespace kerf

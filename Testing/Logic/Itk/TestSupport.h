@@ -1,0 +1,78 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "Core/Errors.h"
+#include "Core/Progress.h"
+
+namespace kerf::testing {
+
+/// Keeps what was warned of.
+class Listener : public Progress {
+ public:
+  void Warn(const std::string& message) override { warnings.push_back(message); }
+  bool Heard(const std::string& part) const {
+    for (const auto& w : warnings)
+      if (w.find(part) != std::string::npos) return true;
+    return false;
+  }
+  std::vector<std::string> warnings;
+};
+
+/// A folder of its own for each test, removed afterwards.
+class FolderTest : public ::testing::Test {
+ protected:
+  FolderTest() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("kerf-itk-") + info->test_suite_name() + "-" + info->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~FolderTest() override { std::filesystem::remove_all(folder_); }
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string ReadBytes(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static void WriteBytes(const std::string& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  std::filesystem::path folder_;
+};
+
+/// Message of the InputError that `action` throws, "" when there is none. Other exceptions fail the
+/// test.
+template <class Action>
+std::string InputErrorOf(Action&& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    EXPECT_FALSE(error.File().empty());
+    return error.what();
+  }
+  return "";
+}
+
+inline ::testing::AssertionResult Says(const std::string& message, const std::string& part) {
+  if (message.find(part) != std::string::npos) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "'" << message << "' does not say '" << part << "'";
+}
+
+inline std::string DataFolder() {
+  const char* own = std::getenv("KERF_DATA");
+  return own ? own : KERF_DATA_DEFAULT;
+}
+inline std::string CasesFolder() {
+  const char* own = std::getenv("KERF_CASES");
+  return own ? own : KERF_CASES_DEFAULT;
+}
+
+}  // namespace kerf::testing
