@@ -47,10 +47,10 @@ PixelBox CoverageMap::DrawSegment(const Vec2& a, const Vec2& b, double width_px,
                                   double dash_px) {
   const double half = 0.5 * width_px;
   const auto lower = [&](double v, int limit) {
-    return std::clamp(static_cast<int>(std::floor(v - half - 1)), 0, limit);
+    return static_cast<int>(std::clamp(std::floor(v - half - 1), 0.0, double(limit)));
   };
   const auto upper = [&](double v, int limit) {
-    return std::clamp(static_cast<int>(std::ceil(v + half + 2)), 0, limit);
+    return static_cast<int>(std::clamp(std::ceil(v + half + 2), 0.0, double(limit)));
   };
   const PixelBox box{lower(std::min(a.x(), b.x()), width_), lower(std::min(a.y(), b.y()), height_),
                      upper(std::max(a.x(), b.x()), width_), upper(std::max(a.y(), b.y()), height_)};

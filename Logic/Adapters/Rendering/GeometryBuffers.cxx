@@ -49,18 +49,16 @@ class BufferActor {
     actor_->GetProperty()->SetInterpolationToFlat();
   }
   vtkActor* Actor() { return actor_; }
+  void SetLens(const CameraModel& camera) { lens_->SetLens(camera); }
 
   // Extends [near, far] by the depths of what can be seen.
-  void Update(const GeometryBuffers::Part& part, const CameraModel& camera, double* near_mm,
-              double* far_mm) {
+  void Update(const GeometryBuffers::Part& part, double* near_mm, double* far_mm) {
     const Points& p = part.mesh->points;
     points_->SetNumberOfPoints(p.rows());
     std::copy_n(p.data(), p.size(), static_cast<double*>(points_->GetVoidPointer(0)));
     points_->Modified();
     UpdateCells(part);
     source_->Modified();
-    if (!has_lens_) lens_->SetLens(camera);
-    has_lens_ = true;
     if (lens_->GetSurfaceClass() != part.surface) lens_->SetSurfaceClass(part.surface);
     lens_->SetCutFaceClass(GeometryBuffers::CutFace);
     lens_->Update();
@@ -99,7 +97,6 @@ class BufferActor {
   vtkNew<vtkActor> actor_;
   Triangles triangles_;
   std::vector<std::uint8_t> cut_;
-  bool has_lens_ = false;
 };
 
 void Prepare(GeometryBuffer* buffer, int width, int height) {
@@ -114,32 +111,41 @@ void Prepare(GeometryBuffer* buffer, int width, int height) {
 }  // namespace
 
 struct GeometryBuffers::Implementation {
-  explicit Implementation(const CameraModel& c)
-      : camera(c), ideal(LensDistortion(c).IdealPinhole()) {
+  explicit Implementation(const CameraModel& c) {
+    SetCamera(c);
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(0);
     window->SwapBuffersOff();  // nobody looks at the window: only its buffers are read
-    window->SetSize(2 * c.width, c.height);
-    window->Start();  // connects
+    window->Start();           // connects
     SurviveDisplayLoss(window->GetGenericDisplayId());
     for (int side = 0; side < 2; ++side) {
       renderer[side]->SetViewport(0.5 * side, 0, 0.5 * side + 0.5, 1);
       renderer[side]->SetBackground(0, 0, 0);
       renderer[side]->SetActiveCamera(vtk_camera);
       window->AddRenderer(renderer[side]);
+    }
+  }
+
+  void SetCamera(const CameraModel& c) {
+    camera = c;
+    ideal = LensDistortion(c).IdealPinhole();
+    for (int side = 0; side < 2; ++side) {
+      for (auto& actor : actors[side]) actor->SetLens(c);
       Prepare(&buffer[side], c.width, c.height);
     }
+    window->SetSize(2 * c.width, c.height);
   }
 
   void Update(int side, const std::vector<Part>& parts, double* near_mm, double* far_mm) {
     while (actors[side].size() < parts.size()) {
       actors[side].push_back(std::make_unique<BufferActor>());
+      actors[side].back()->SetLens(camera);
       renderer[side]->AddActor(actors[side].back()->Actor());
     }
     for (std::size_t i = 0; i < actors[side].size(); ++i) {
       const bool shown = i < parts.size() && parts[i].mesh && !parts[i].mesh->Empty();
       actors[side][i]->Actor()->SetVisibility(shown);
-      if (shown) actors[side][i]->Update(parts[i], camera, near_mm, far_mm);
+      if (shown) actors[side][i]->Update(parts[i], near_mm, far_mm);
     }
   }
 
@@ -176,6 +182,7 @@ struct GeometryBuffers::Implementation {
 GeometryBuffers::GeometryBuffers(const CameraModel& camera)
     : implementation_(std::make_unique<Implementation>(camera)) {}
 GeometryBuffers::~GeometryBuffers() = default;
+void GeometryBuffers::SetCamera(const CameraModel& camera) { implementation_->SetCamera(camera); }
 const GeometryBuffer& GeometryBuffers::Front() const { return implementation_->buffer[0]; }
 const GeometryBuffer& GeometryBuffers::Inside() const { return implementation_->buffer[1]; }
 

@@ -32,6 +32,8 @@ class GeometryBuffers {
 
   explicit GeometryBuffers(const CameraModel& camera);
   ~GeometryBuffers();
+  /// Another pose or lens; cheap while the size stays, so that a model can be dragged.
+  void SetCamera(const CameraModel& camera);
   /// Draws both sets; the results are in Front() and Inside() until the next call.
   void Render(const std::vector<Part>& front, const std::vector<Part>& inside);
   const GeometryBuffer& Front() const;

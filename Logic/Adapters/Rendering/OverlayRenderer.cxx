@@ -27,6 +27,21 @@ void Check(const CameraModel& camera, const OverlayScene& scene) {
   };
   if (scene.frame.image) check_size(*scene.frame.image, 3, "the video frame");
   if (scene.instruments) check_size(*scene.instruments, 1, "the instrument mask");
+  const auto check_mesh = [&](const SurfaceMesh* mesh, const char* what) {
+    if (!mesh || mesh->Empty()) return;
+    if (!mesh->points.allFinite())
+      throw InputError("overlay", which, std::string(what) + " has a point that is not a number");
+    if (mesh->triangles.minCoeff() < 0 || mesh->triangles.maxCoeff() >= mesh->points.rows())
+      throw InputError("overlay", which, std::string(what) + " refers to a point it does not have");
+  };
+  check_mesh(scene.organ, "the organ");
+  for (const OverlayStructure& s : scene.structures) check_mesh(s.current, "an inner structure");
+  for (const OverlayLine& line : scene.lines)
+    if (!line.current.allFinite())
+      throw InputError("overlay", which, "a line has a point that is not a number");
+  if (scene.features && (scene.features->pixels.rows() != scene.features->Size() ||
+                         Index(scene.features->status.size()) != scene.features->Size()))
+    throw InputError("overlay", which, "the features' lists have different lengths");
   if (!scene.organ_cut_face.empty() &&
       (!scene.organ || Index(scene.organ_cut_face.size()) != scene.organ->triangles.rows()))
     throw InputError("overlay", which, "one cut-face flag is needed for each organ triangle");
@@ -76,7 +91,13 @@ void OverlayRenderer::SetOptions(const OverlayOptions& options) {
 
 void OverlayRenderer::SetCamera(const CameraModel& camera) {
   camera.Validate("overlay camera");
-  implementation_ = std::make_unique<Implementation>(camera, implementation_->options);
+  Implementation& self = *implementation_;
+  if (camera.width != self.camera.width || camera.height != self.camera.height) {
+    implementation_ = std::make_unique<Implementation>(camera, self.options);
+    return;
+  }
+  self.camera = camera;
+  self.buffers.SetCamera(camera);
 }
 
 Image OverlayRenderer::Render(const OverlayScene& scene) {

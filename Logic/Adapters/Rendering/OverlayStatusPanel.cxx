@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr Color kGround{12, 16, 22}, kText{240, 244, 248}, kDim{190, 198, 206};
+constexpr Color kAlarm{255, 80, 70}, kGround{12, 16, 22}, kText{240, 244, 248}, kDim{190, 198, 206};
 constexpr double kGroundOpacity = 0.62;
 
 std::string Format(const char* format, double value) {
@@ -22,7 +22,7 @@ std::string Format(const char* format, double value) {
 void DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* bgr) {
   using Gate = OverlayStatus::Gate;
   const bool off = status.gate == Gate::Off, amber = status.gate == Gate::Amber;
-  const Color lamp = off ? Color{255, 80, 70} : amber ? Color{255, 190, 40} : Color{70, 225, 110};
+  const Color lamp = off ? kAlarm : amber ? Color{255, 190, 40} : Color{70, 225, 110};
   const std::string title = off ? "OVERLAY OFF" : amber ? "CAUTION" : "OVERLAY OK";
   const std::string why = status.gate == Gate::Green ? "" : status.reason;
   const int size = unit, pad = unit / 2;
@@ -53,7 +53,12 @@ void DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* b
 void DrawFigures(const OverlayScene& scene, int unit, TextPainter* text, Image* bgr) {
   const OverlayStatus& status = scene.status;
   const bool off = status.gate == OverlayStatus::Gate::Off;
-  std::vector<std::pair<std::string, bool>> lines;  // text, bold
+  struct Line {
+    std::string text;
+    bool bold;
+    Color color = kText;
+  };
+  std::vector<Line> lines;
   if (scene.frame.index >= 0)
     lines.push_back(
         {Format("%.2f s", scene.frame.time_s) + Format("   frame %.0f", scene.frame.index), false});
@@ -61,21 +66,22 @@ void DrawFigures(const OverlayScene& scene, int unit, TextPainter* text, Image* 
   if (!off && std::isfinite(status.tumour_u95_mm))
     lines.push_back({Format("tumour \u00b1 %.1f mm", status.tumour_u95_mm), true});
   if (!off && std::isfinite(status.margin_mm))
-    lines.push_back({Format("tumour to cut %.1f mm", status.margin_mm), true});
+    lines.push_back({Format("tumour to cut %.1f mm", status.margin_mm), true,
+                     status.margin_mm < status.margin_alarm_mm ? kAlarm : kText});
   if (!status.note.empty()) lines.push_back({status.note, false});
   if (lines.empty()) return;
   const int size = static_cast<int>(0.9 * unit), pad = unit / 2;
   int width = 0, height = pad / 2;
-  for (const auto& [line, bold] : lines) {
+  for (const auto& [line, bold, color] : lines) {
     width = std::max(width, text->Layout(line, size, bold).width);
     height += text->Layout(line, size, bold).height;
   }
   const PixelBox box{bgr->width - width - 3 * pad, pad, bgr->width - pad, pad + height};
   TextPainter::Panel(box, kGroundOpacity, kGround, bgr);
   int y = box.y0 + pad / 4;
-  for (const auto& [line, bold] : lines) {
+  for (const auto& [line, bold, color] : lines) {
     const auto& glyphs = text->Layout(line, size, bold);
-    text->Draw(line, box.x1 - pad - glyphs.width, y, size, bold, kText, bgr);
+    text->Draw(line, box.x1 - pad - glyphs.width, y, size, bold, color, bgr);
     y += glyphs.height;
   }
 }

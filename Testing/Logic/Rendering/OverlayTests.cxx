@@ -217,6 +217,36 @@ TEST_F(Overlay, ANewTopologyIsDrawnAtOnce) {
   EXPECT_EQ(renderer.Render(scene).data, OverlayRenderer(phantom.lens, plain).Render(scene).data);
 }
 
+TEST_F(Overlay, AnotherPoseIsAsGoodAsANewRenderer) {
+  OverlayRenderer renderer(phantom.lens, plain);
+  renderer.Render(phantom.scene);
+  CameraModel moved = phantom.lens;
+  moved.camera_from_world.translation() += Vec3(5, -3, 12);
+  renderer.SetCamera(moved);
+  EXPECT_EQ(renderer.Render(phantom.scene).data,
+            OverlayRenderer(moved, plain).Render(phantom.scene).data);
+  renderer.SetCamera(testing::PlainLens(320, 200));
+  OverlayScene empty;
+  EXPECT_EQ(renderer.Render(empty).width, 320);
+}
+
+TEST_F(Overlay, AMarginBelowTheAlarmIsRed) {
+  const auto reddest = [&](double margin) {
+    OverlayScene scene;
+    scene.status.margin_mm = margin;
+    scene.status.margin_alarm_mm = 5;
+    OverlayOptions options;
+    const Image picture = OverlayRenderer(phantom.lens, options).Render(scene);
+    double most = 0;
+    for (int y = 0; y < 60; ++y)
+      for (int x = kWidth / 2; x < kWidth; ++x)
+        most = std::max(most, At(picture, Vec2(x, y)).x() - At(picture, Vec2(x, y)).z());
+    return most;
+  };
+  EXPECT_GT(reddest(3.0), 100);
+  EXPECT_LT(reddest(8.0), 30);
+}
+
 TEST_F(Overlay, FeaturesAreDrawnInTheColourOfTheirState) {
   FeatureSet features;
   features.id = {1, 2};
@@ -255,6 +285,14 @@ TEST_F(Overlay, WhatDoesNotFitIsNamed) {
   Image mask = phantom.instruments;
   mask.data.pop_back();
   scene.instruments = &mask;
+  EXPECT_THROW(renderer.Render(scene), InputError);
+  scene = phantom.scene;
+  SurfaceMesh bad = phantom.organ;
+  bad.points(7, 1) = std::nan("");
+  scene.organ = &bad;
+  EXPECT_THROW(renderer.Render(scene), InputError);
+  bad = phantom.organ;
+  bad.triangles(3, 2) = static_cast<Index>(bad.points.rows());
   EXPECT_THROW(renderer.Render(scene), InputError);
   CameraModel broken = phantom.lens;
   broken.fx = std::nan("");
