@@ -11,6 +11,10 @@ namespace {
 /// saves.
 Index NodeTarget(Index vertices) { return std::clamp<Index>(vertices / 6, 12, 250); }
 
+/// Parts of a node's support with less than this fraction of its weight get no function of their
+/// own.
+constexpr float kCrumb = 0.15f;
+
 Index FindRoot(std::vector<Index>* parent, Index i) {
   while ((*parent)[i] != i) i = (*parent)[i] = (*parent)[(*parent)[i]];
   return i;
@@ -112,6 +116,19 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
         }
     }
   }
+  // Crumbs (copies at the rim of a support) stay with the heaviest part: only a real split is worth
+  // a function.
+  std::vector<float> weight(node_.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
+  std::vector<Index> heaviest(flagged_nodes.size(), -1);
+  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
+    if (node_[e] >= 0 && flagged_nodes[node_[e]]) {
+      const float w = rows_[e / 4].weight[e % 4];
+      weight[FindRoot(&parent, e)] += w;
+      total[node_[e]] += w;
+    }
+  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
+    if (weight[e] > 0.0f && (heaviest[node_[e]] < 0 || weight[e] > weight[heaviest[node_[e]]]))
+      heaviest[node_[e]] = e;
   // Each part keeps the function of its first vertex where no other part has it.
   std::vector<std::pair<Index, std::vector<Index>>> before;
   for (std::size_t node = 0; node < flagged_nodes.size(); ++node)
@@ -128,7 +145,9 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
     for (int k = 0; k < 4; ++k) {
       const Index node = node_[4 * v + k];
       if (node < 0 || !flagged_nodes[node]) continue;
-      Index& function = function_of_root[FindRoot(&parent, 4 * v + k)];
+      Index root = FindRoot(&parent, 4 * v + k);
+      if (weight[root] < kCrumb * total[node]) root = heaviest[node];
+      Index& function = function_of_root[root];
       if (function < 0) {
         const Index old = rows_[v].function[k];
         if (is_old[v] && old < FunctionCount() && node_of_function_[old] < 0) {
