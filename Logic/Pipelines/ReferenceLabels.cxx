@@ -1,10 +1,11 @@
-#include <array>
 #include <filesystem>
+#include <optional>
 
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/Vtk/LabelSurface.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/TransformFile.h"
+#include "Core/Embedding.h"
 #include "Core/Errors.h"
 #include "Geometry/SurfaceTree.h"
 #include "Meshing/LabelField.h"
@@ -40,40 +41,59 @@ SurfaceMesh MaskSurface(const GridGeometry& grid, const Mask& mask, const Eigen:
   return surface;
 }
 
-/// Dice of the voxels of a mask and those whose centre lies inside a closed surface, on the grid of
-/// the mask.
-double VolumeDice(const GridGeometry& grid, const Mask& mask, const Eigen::Affine3d& move,
-                  const SurfaceMesh& closed, Progress& progress) {
+double DiceOf(const Mask& a, const Mask& b) {
+  std::size_t both = 0, sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    both += a[i] && b[i];
+    sum += std::size_t(a[i] != 0) + std::size_t(b[i] != 0);
+  }
+  return sum == 0 ? 1.0 : 2.0 * static_cast<double>(both) / static_cast<double>(sum);
+}
+
+/// Voxels whose centre lies in a tetrahedron, of one region or of all. @param positions in the
+/// frame of the grid
+Mask TetMask(const GridGeometry& grid, const TetMesh& mesh, const Points& positions,
+             std::optional<Label> only) {
+  Mask mask(grid.VoxelCount(), 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    if (only && mesh.region[t] != static_cast<std::uint8_t>(*only)) continue;
+    Vec3 corner[4], low = Vec3::Constant(1e300), high = -low;
+    for (int k = 0; k < 4; ++k) {
+      corner[k] = grid.IndexFromWorld(positions.row(mesh.tets(t, k)).transpose());
+      low = low.cwiseMin(corner[k]);
+      high = high.cwiseMax(corner[k]);
+    }
+    const Eigen::Vector3i first = low.cwiseMax(0.0).array().ceil().cast<int>();
+    const Eigen::Vector3i last =
+        high.cwiseMin((grid.size.array() - 1).cast<double>().matrix()).array().floor().cast<int>();
+    for (int k = first[2]; k <= last[2]; ++k)
+      for (int j = first[1]; j <= last[1]; ++j)
+        for (int i = first[0]; i <= last[0]; ++i)
+          if (BarycentricWeights(Vec3(i, j, k), corner[0], corner[1], corner[2], corner[3])
+                  .minCoeff() >= -1e-9)
+            mask[grid.Offset(i, j, k)] = 1;
+  }
+  return mask;
+}
+
+/// Voxels whose centre lies inside a closed surface. @param move from the grid to the frame of the
+/// surface
+Mask SurfaceMask(const GridGeometry& grid, const Eigen::Affine3d& move, const SurfaceMesh& closed,
+                 Progress& progress) {
   const SurfaceTree tree(closed);
   const Vec3 low = closed.points.colwise().minCoeff().transpose();
   const Vec3 high = closed.points.colwise().maxCoeff().transpose();
-  std::size_t both = 0, sum = 0;
+  Mask mask(grid.VoxelCount(), 0);
   for (int k = 0; k < grid.size[2]; ++k) {
     progress.ThrowIfCancelled();
     for (int j = 0; j < grid.size[1]; ++j)
       for (int i = 0; i < grid.size[0]; ++i) {
         const Vec3 p = move * grid.WorldFromIndex(Vec3(i, j, k));
-        const bool in_mask = mask[grid.Offset(i, j, k)] != 0;
-        const bool inside =
+        mask[grid.Offset(i, j, k)] =
             (p.array() >= low.array()).all() && (p.array() <= high.array()).all() && tree.Inside(p);
-        both += in_mask && inside;
-        sum += std::size_t(in_mask) + std::size_t(inside);
       }
   }
-  return sum == 0 ? 1.0 : 2.0 * static_cast<double>(both) / static_cast<double>(sum);
-}
-
-/// Outer surface, as deformed, of the tetrahedra of some regions.
-SurfaceMesh RegionSurface(const TetMesh& mesh, const Points& positions, const Label* only) {
-  TetMesh part;
-  part.rest = mesh.rest;
-  part.tets.resize(mesh.TetCount(), 4);
-  Index count = 0;
-  for (Index t = 0; t < mesh.TetCount(); ++t)
-    if (!only || mesh.region[t] == static_cast<std::uint8_t>(*only))
-      part.tets.row(count++) = mesh.tets.row(t);
-  part.tets.conservativeResize(count, 4);
-  return BoundarySurface(part, positions);
+  return mask;
 }
 
 }  // namespace
@@ -87,14 +107,21 @@ ReferenceScores EvaluateAgainstLabels(const std::string& results, const std::str
   const auto in = [&](const char* name) { return (fs::path(results) / name).string(); };
   Points positions;
   const TetMesh mesh = ReadTetMesh(in("organ_final.vtu"), &positions);
+  const Eigen::Affine3d back = move.inverse();
+  Points in_ct(positions.rows(), 3);  // where the organ is in the frame of the second CT
+  for (Index v = 0; v < positions.rows(); ++v)
+    in_ct.row(v) = (back * Vec3(positions.row(v).transpose())).transpose();
 
   struct Part {
     const char *name, *file;
     std::vector<Label> labels;
+    bool in_mesh;                 ///< its volume is that of tetrahedra …
+    std::optional<Label> region;  ///< … of this region, or of all
   };
-  const Part parts[] = {{"organ", nullptr, {Label::Organ, Label::Tumour, Label::Internal}},
-                        {"internal", "internal_final.vtp", {Label::Internal}},
-                        {"tumour", "tumour_final.vtp", {Label::Tumour}}};
+  const Part parts[] = {
+      {"organ", nullptr, {Label::Organ, Label::Tumour, Label::Internal}, true, {}},
+      {"internal", "internal_final.vtp", {Label::Internal}, false, {}},
+      {"tumour", "tumour_final.vtp", {Label::Tumour}, true, Label::Tumour}};
   ReferenceScores scores;
   double done = 0.1;
   for (const Part& part : parts) {
@@ -109,16 +136,17 @@ ReferenceScores EvaluateAgainstLabels(const std::string& results, const std::str
     }
     SurfaceMesh model;
     if (!part.file)
-      model = RegionSurface(mesh, positions, nullptr);
+      model = BoundarySurface(mesh, positions);
     else if (fs::exists(in(part.file)))
       model = ReadSurface(in(part.file));
     if (const auto distance = SampledHausdorff(model, reference, kSamples))
       scores.distance[part.name] = *distance;
-    // A structure that was cut is open: of the tumour the tetrahedra still tell the volume.
-    const Label tumour = Label::Tumour;
-    if (std::string(part.name) == "tumour") model = RegionSurface(mesh, positions, &tumour);
-    if (model.IsClosedManifold())
-      scores.volume_dice[part.name] = VolumeDice(labels.grid, mask, move, model, progress);
+    // Organ and tumour are regions of the mesh; an inner structure has a volume only while it is
+    // closed.
+    if (part.in_mesh)
+      scores.volume_dice[part.name] = DiceOf(mask, TetMask(labels.grid, mesh, in_ct, part.region));
+    else if (model.IsClosedManifold())
+      scores.volume_dice[part.name] = DiceOf(mask, SurfaceMask(labels.grid, move, model, progress));
   }
   return scores;
 }

@@ -23,8 +23,8 @@ using testing::TemporaryFolder;
 LabelMap BoxLabels() {
   LabelMap labels;
   labels.grid.size = {24, 20, 16};
-  labels.grid.spacing_mm = {1.5, 1.5, 2.0};
-  labels.grid.origin_mm = {-17.25, -14.25, -15.0};
+  labels.grid.spacing_mm = {1.5, 1.25, 2.0};
+  labels.grid.origin_mm = {-17.25, -11.875, -15.0};
   auto voxels = std::make_shared<std::vector<std::uint8_t>>(labels.grid.VoxelCount(), 0);
   for (int k = 0; k < 16; ++k)
     for (int j = 0; j < 20; ++j)
