@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 
 #include "Adapters/OpenCv/ImageMasks.h"
+#include "Adapters/OpenCv/OrganSegmentation.h"
+#include "Core/Errors.h"
 #include "SyntheticVideo.h"
 
 using namespace kerf;
@@ -44,6 +47,49 @@ TEST(Masks, HighlightIsNoInstrument) {
 TEST(Masks, NoImageNoMask) {
   EXPECT_TRUE(InstrumentMask(Frame{}).data.empty());
   EXPECT_TRUE(SpecularMask(Frame{}).data.empty());
+}
+
+/// A reddish organ on a greenish ground with a wedge cut out of it, and a model that is uncut and
+/// 10 px off.
+struct OrganScene {
+  cv::Mat picture, truth;
+  Image model;
+};
+OrganScene MakeOrgan() {
+  OrganScene scene;
+  const cv::Mat tissue = Tissue(640, 360, 5);
+  cv::Mat ground = Tissue(640, 360, 6), channels[3];
+  cv::split(ground, channels);
+  cv::merge(std::vector<cv::Mat>{channels[0], channels[2], channels[2] * 0.8}, scene.picture);
+  scene.truth = cv::Mat(360, 640, CV_8U, cv::Scalar(0));
+  cv::ellipse(scene.truth, {320, 180}, {180, 100}, 10, 0, 360, cv::Scalar(255), cv::FILLED);
+  cv::Mat uncut;
+  cv::warpAffine(scene.truth, uncut, cv::Matx23d(1, 0, 8, 0, 1, -6), scene.truth.size(),
+                 cv::INTER_NEAREST);
+  scene.model = ToImage(uncut);
+  const std::vector<cv::Point> wedge{{320, 180}, {290, 300}, {350, 300}};
+  cv::fillConvexPoly(scene.truth, wedge, cv::Scalar(0));
+  tissue.copyTo(scene.picture, scene.truth);
+  return scene;
+}
+
+TEST(OrganSilhouette, FollowsThePictureNotTheModel) {
+  const OrganScene scene = MakeOrgan();
+  const double model = Overlap(scene.model, scene.truth);
+  const double found = Overlap(OrganMask(MakeFrame(0, scene.picture), scene.model), scene.truth);
+  EXPECT_LT(model, 0.9);
+  EXPECT_GT(found, 0.96);
+}
+
+TEST(OrganSilhouette, ColoursThatDoNotTellLeaveTheModel) {
+  const OrganScene scene = MakeOrgan();
+  const Frame all_tissue = MakeFrame(0, Tissue(640, 360, 5));
+  EXPECT_GT(Overlap(OrganMask(all_tissue, scene.model), ViewOf(scene.model)), 0.85);
+  EXPECT_EQ(OrganMask(Frame{}, scene.model).data, scene.model.data);
+  Image empty = scene.model;
+  std::fill(empty.data.begin(), empty.data.end(), 0);
+  EXPECT_EQ(OrganMask(all_tissue, empty).data, empty.data);
+  EXPECT_THROW(OrganMask(all_tissue, Image{4, 4, 1, std::vector<std::uint8_t>(16)}), InputError);
 }
 
 }  // namespace

@@ -1,0 +1,152 @@
+#include "Adapters/OpenCv/OrganSegmentation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "Adapters/OpenCv/CvMats.h"
+#include "Adapters/OpenCv/Masks.h"
+#include "Core/Errors.h"
+
+namespace kerf {
+namespace {
+
+/// Worked on at a third of the size.
+constexpr int kShrink = 3;
+/// Colour without brightness (the rim of an organ is dark): shares of red and of green, 64 steps
+/// each over 0 to 0.8.
+constexpr int kSteps = 64, kBins = kSteps * kSteps;
+/// How far the outline may be from the model's, and within what distance the model's word fades, px
+/// of the full image.
+constexpr float kReach_px = 45.0F, kFade_px = 15.0F;
+/// Colours are learnt this far from the model's outline, px of the full image.
+constexpr float kCertain_px = 12.0F;
+
+int BinOf(const cv::Vec3b& bgr) {
+  // The offset keeps nearly black pixels, which have no colour, near grey.
+  const float sum = static_cast<float>(bgr[0] + bgr[1] + bgr[2] + 6);
+  const auto step = [sum](int value) {
+    return std::clamp(static_cast<int>(static_cast<float>(value + 2) / sum * kSteps / 0.8F), 0,
+                      kSteps - 1);
+  };
+  return step(bgr[2]) * kSteps + step(bgr[1]);
+}
+
+/// Relative frequency of every colour, blurred over neighbouring bins so that rare colours are no
+/// surprise.
+class ColourHistogram {
+ public:
+  ColourHistogram() : counts_(kBins, 0.0F) {}
+  void Add(const cv::Vec3b& bgr) {
+    counts_[BinOf(bgr)] += 1;
+    total_ += 1;
+  }
+  float Total() const { return total_; }
+  void Smooth() {
+    for (const int stride : {1, kSteps, 1, kSteps}) {
+      std::vector<float> blurred(kBins);
+      for (int bin = 0; bin < kBins; ++bin) {
+        const int place = bin / stride % kSteps;
+        const float low = place > 0 ? counts_[bin - stride] : counts_[bin];
+        const float high = place < kSteps - 1 ? counts_[bin + stride] : counts_[bin];
+        blurred[bin] = 0.25F * low + 0.5F * counts_[bin] + 0.25F * high;
+      }
+      counts_ = std::move(blurred);
+    }
+  }
+  float LogLikelihood(int bin) const {
+    return std::log((counts_[bin] + 0.02F) / (total_ + 0.02F * kBins));
+  }
+
+ private:
+  std::vector<float> counts_;
+  float total_ = 0;
+};
+
+/// Distance to the outline, px of the full image, positive inside.
+cv::Mat SignedDistance(const cv::Mat& mask) {
+  cv::Mat inside, outside;
+  cv::distanceTransform(mask, inside, cv::DIST_L2, 3);
+  cv::distanceTransform(255 - mask, outside, cv::DIST_L2, 3);
+  return (inside - outside) * kShrink;
+}
+
+/// Takes away what is not connected and smaller than this share of the largest component.
+void DropIslands(cv::Mat* mask, double share) {
+  cv::Mat labels, stats, centroids;
+  const int count = cv::connectedComponentsWithStats(*mask, labels, stats, centroids, 4);
+  int largest = 0;
+  for (int label = 1; label < count; ++label)
+    largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
+  for (int y = 0; y < mask->rows; ++y)
+    for (int x = 0; x < mask->cols; ++x) {
+      const int label = labels.at<int>(y, x);
+      if (label > 0 && stats.at<int>(label, cv::CC_STAT_AREA) < share * largest)
+        mask->at<std::uint8_t>(y, x) = 0;
+    }
+}
+
+}  // namespace
+
+Image OrganMask(const Frame& frame, const Image& model_mask) {
+  if (!frame.image || frame.image->channels != 3) return model_mask;
+  if (model_mask.width != frame.image->width || model_mask.height != frame.image->height ||
+      model_mask.channels != 1)
+    throw InputError("organ mask", "", "its size is not the frame's");
+  const cv::Mat bgr = ViewOf(*frame.image);
+  const cv::Size small_size(bgr.cols / kShrink, bgr.rows / kShrink);
+  cv::Mat small, model, instruments;
+  cv::resize(bgr, small, small_size, 0, 0, cv::INTER_AREA);
+  cv::resize(ViewOf(model_mask), model, small_size, 0, 0, cv::INTER_NEAREST);
+  cv::threshold(model, model, 0, 255, cv::THRESH_BINARY);
+  cv::resize(FindInstruments(bgr), instruments, small_size, 0, 0, cv::INTER_NEAREST);
+
+  const cv::Mat distance = SignedDistance(model);
+  ColourHistogram organ, background;
+  for (int y = 0; y < small.rows; ++y)
+    for (int x = 0; x < small.cols; ++x) {
+      if (instruments.at<std::uint8_t>(y, x) != 0) continue;
+      const float d = distance.at<float>(y, x);
+      if (d > kCertain_px) organ.Add(small.at<cv::Vec3b>(y, x));
+      // The neighbourhood counts, not the far corners of the image.
+      if (d < -kCertain_px && d > -4 * kReach_px) background.Add(small.at<cv::Vec3b>(y, x));
+    }
+  if (organ.Total() < 300 || background.Total() < 300) return model_mask;
+  organ.Smooth();
+  background.Smooth();
+  std::vector<float> ratio(kBins);
+  for (int bin = 0; bin < kBins; ++bin)
+    ratio[bin] = std::clamp(organ.LogLikelihood(bin) - background.LogLikelihood(bin), -3.0F, 3.0F);
+
+  cv::Mat evidence(small.size(), CV_32F);
+  for (int y = 0; y < small.rows; ++y)
+    for (int x = 0; x < small.cols; ++x)
+      evidence.at<float>(y, x) = ratio[BinOf(small.at<cv::Vec3b>(y, x))];
+  cv::GaussianBlur(evidence, evidence, {7, 7}, 1.4);
+  cv::Mat mask(small.size(), CV_8U);
+  for (int y = 0; y < small.rows; ++y)
+    for (int x = 0; x < small.cols; ++x) {
+      const float d = distance.at<float>(y, x);
+      const float prior = 0.5F * std::clamp(d / kFade_px, -2.0F, 2.0F);
+      const bool is_organ = d > -kReach_px && evidence.at<float>(y, x) + prior > 0;
+      mask.at<std::uint8_t>(y, x) = is_organ ? 255 : 0;
+    }
+  cv::morphologyEx(mask, mask, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
+  // Specks are colours that occur on either side; an opened cut is a large hole or reaches the
+  // outline.
+  DropIslands(&mask, 0.05);
+  cv::bitwise_not(mask, mask);
+  DropIslands(&mask, 0.005);
+  cv::bitwise_not(mask, mask);
+  mask.setTo(0, instruments);
+  cv::Mat full;
+  cv::resize(mask, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
+  cv::threshold(full, full, 127, 255, cv::THRESH_BINARY);
+  return ToImage(full);
+}
+
+}  // namespace kerf
