@@ -107,7 +107,7 @@ TetMesh MeshToCount(const DomainMesher& domain, const std::string& where,
     progress.Report(0.5 + 0.07 * i, "meshing");
     progress.ThrowIfCancelled();
     run.edge_mm = factors[i] * edge;
-    run.sliver_bound_deg = std::max(12.0, options.min_dihedral_deg + 2.0);
+    run.sliver_bound_deg = options.min_dihedral_deg + 1.5;
     TetMesh mesh = domain.Mesh(run, progress);
     if (mesh.TetCount() == 0) continue;
     mesh = LargestComponent(mesh, where, progress);

@@ -47,7 +47,7 @@ class SurfaceDomain : public DomainMesher {
                             parameters::facet_distance = 0.05 * std::min(run.edge_mm, 8.0),
                             parameters::cell_radius_edge_ratio = 2.0,
                             parameters::cell_size = run.edge_mm);
-    Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, parameters::manifold(),
+    Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, parameters::non_manifold(),
                                                  parameters::no_perturb(), parameters::no_exude());
     if (run.improve)
       CGAL::perturb_mesh_3(complex, domain, parameters::sliver_bound = run.sliver_bound_deg,
