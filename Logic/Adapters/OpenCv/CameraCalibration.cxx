@@ -18,6 +18,9 @@ namespace {
 /// or misread board.
 constexpr double kBadViewRatio = 3.0, kBadViewLeast_px = 0.5;
 constexpr int kLeastViews = 3, kLeastCorners = 6;
+/// Beyond these the pictures do not show one flat board through one lens, and no camera file is
+/// better than a wrong one.
+constexpr double kWorstRms_px = 2.0, kWorstAspect = 0.15;
 
 std::optional<int> DictionaryOf(const std::string& name) {
   static const std::pair<const char*, int> kKnown[] = {
@@ -240,6 +243,11 @@ CalibrationResult CalibrateCamera(const std::vector<std::string>& files,
   result.camera = ToCamera(fit, size);
   result.rms_px = fit.rms_px;
   result.focal_deviation_px = fit.deviations.at<double>(0);
+  if (result.rms_px > kWorstRms_px ||
+      std::abs(result.camera.fx / result.camera.fy - 1) > kWorstAspect)
+    throw InputError(files[0], "",
+                     "this and the other pictures do not fit one lens and one flat board: wrong "
+                     "board, scaled or cropped pictures, or zoom changed in between");
   result.camera.Validate(files[0]);
   if (found.size() < 8)
     result.warnings.push_back("only " + std::to_string(found.size()) +

@@ -42,7 +42,7 @@ struct CalibrationResult {
 /// Intrinsics and distortion (k1 k2 p1 p2, and k3 where the pictures show it) from pictures of one
 /// board. Pictures on which the board is not found, whose size differs, or which fit far worse than
 /// the others are left out and named.
-/// @throws InputError when fewer than three pictures can be used; Cancelled
+/// @throws InputError when fewer than three pictures can be used or they fit no lens; Cancelled
 CalibrationResult CalibrateCamera(const std::vector<std::string>& files,
                                   const CalibrationBoard& board, Progress& progress);
 

@@ -150,6 +150,28 @@ TEST(CalibrationInput, BadPicturesAreNamedAndLeftOut) {
   EXPECT_FALSE(result.warnings.empty());
 }
 
+/// Pictures that no camera could have taken: the print under unrelated projective maps.
+TEST(CalibrationInput, PicturesThatFitNoLensAreRefused) {
+  Scratch folder("calibration-nonsense");
+  Progress silent;
+  const cv::Mat print = Print(BoardKind::Chessboard);
+  const float w = static_cast<float>(print.cols), h = static_cast<float>(print.rows);
+  const std::vector<cv::Point2f> corners{{0, 0}, {w, 0}, {w, h}, {0, h}};
+  const std::vector<std::vector<cv::Point2f>> places{{{60, 40}, {600, 10}, {620, 440}, {20, 470}},
+                                                     {{10, 60}, {560, 30}, {630, 420}, {70, 440}},
+                                                     {{80, 20}, {540, 70}, {600, 470}, {20, 400}},
+                                                     {{30, 30}, {630, 90}, {570, 400}, {90, 460}}};
+  std::vector<std::string> files;
+  for (const auto& place : places) {
+    cv::Mat image;
+    cv::warpPerspective(print, image, cv::getPerspectiveTransform(corners, place), {640, 480},
+                        cv::INTER_AREA, cv::BORDER_CONSTANT, cv::Scalar(90));
+    files.push_back(folder / ("n" + std::to_string(files.size()) + ".png"));
+    cv::imwrite(files.back(), image);
+  }
+  EXPECT_THROW(CalibrateCamera(files, Board(BoardKind::Chessboard), silent), InputError);
+}
+
 TEST(CalibrationInput, TooFewOrWrong) {
   Scratch folder("calibration-few");
   Progress silent;
