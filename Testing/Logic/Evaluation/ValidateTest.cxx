@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using testing::MessageOf;
 using testing::TemporaryFolder;
 
-ValidationRun Run(const std::string& study, bool cutting, std::map<std::string, double> values) {
+ValidationRun Scored(const std::string& study, bool cutting, std::map<std::string, double> values) {
   ValidationRun run;
   run.study = study;
   run.variant.cutting = cutting;
@@ -24,9 +24,9 @@ ValidationRun Run(const std::string& study, bool cutting, std::map<std::string, 
 
 TEST(ValidationTables, StandBesideThePaper) {
   const std::vector<ValidationRun> runs = {
-      Run("liver-1", true, {{"dice", 0.97}}), Run("liver-1", false, {{"dice", 0.91}}),
-      Run("kidney-1", true, {{"dice", 0.98}, {"feature_mean", 0.4}, {"feature_max", 3.0}}),
-      Run("mine", true, {{"dice", 0.5}})};
+      Scored("liver-1", true, {{"dice", 0.97}}), Scored("liver-1", false, {{"dice", 0.91}}),
+      Scored("kidney-1", true, {{"dice", 0.98}, {"feature_mean", 0.4}, {"feature_max", 3.0}}),
+      Scored("mine", true, {{"dice", 0.5}})};
   const auto dice = DiceTables(runs);
   ASSERT_EQ(dice.size(), 1u);
   EXPECT_THAT(dice[0].rows[0], ElementsAre("liver-1", "0.910", "0.970", "0.906", "0.963"));
@@ -39,9 +39,9 @@ TEST(ValidationTables, StandBesideThePaper) {
 }
 
 TEST(ValidationTables, MethodsAndInputsAreApart) {
-  std::vector<ValidationRun> runs = {Run("a", true, {{"dice", 0.9}}),
-                                     Run("a", true, {{"dice", 0.8}}),
-                                     Run("a", true, {{"dice", 0.7}})};
+  std::vector<ValidationRun> runs = {Scored("a", true, {{"dice", 0.9}}),
+                                     Scored("a", true, {{"dice", 0.8}}),
+                                     Scored("a", true, {{"dice", 0.7}})};
   runs[1].variant.method = Method::Reference;
   runs[2].variant.perfect_tracks = true;
   EXPECT_EQ(DiceTables(runs).size(), 3u);
@@ -49,7 +49,7 @@ TEST(ValidationTables, MethodsAndInputsAreApart) {
 }
 
 TEST(ValidationTables, AFailedRunShowsNoFigures) {
-  ValidationRun run = Run("a", true, {{"dice", 0.9}});
+  ValidationRun run = Scored("a", true, {{"dice", 0.9}});
   run.error = "camera.yml: broken";
   EXPECT_EQ(DiceTables({run})[0].rows[0][2], "–");
   EXPECT_EQ(CutTable({run}).rows[0][2], "failed");
@@ -62,7 +62,7 @@ TEST(Validate, WrongUseIsSaidBeforeAnythingRuns) {
   Progress silent;
   ValidateRequest request;
   request.output = folder / "out";
-  request.variants = {{}};
+  request.variants = {ValidationVariant()};
   EXPECT_THROW(Validate(request, silent), UsageError);
   request.studies = {folder / "s"};
   EXPECT_THAT(MessageOf<InputError>([&] { Validate(request, silent); }), HasSubstr("truth"));
