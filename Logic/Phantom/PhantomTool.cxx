@@ -136,8 +136,8 @@ PhantomTool ToolAtFrame(const PhantomSetup& setup, const PhantomMotion& motion, 
   const double leave = Ease((frame - (end + 3.0)) / 20.0);
   if (arrive <= 0.0 || leave >= 1.0) return tool;
   const Mat3 world_from_camera = setup.camera.camera_from_world.linear().transpose();
-  // From the lower right, over the camera's shoulder.
-  const Vec3 back = (world_from_camera * Vec3(0.50, 0.70, -0.42)).normalized();
+  // From below, a little to the right: along the cut, so that the shaft hides little of the organ.
+  const Vec3 back = (world_from_camera * Vec3(0.30, 0.80, -0.45)).normalized();
   const Vec3 view = setup.camera.ViewDirection();
   const Vec3 side = back.cross(view).normalized();
   Vec3 tip = setup.world_from_organ * LipMiddle(setup, motion, motion.TipDepth_mm(frame), frame);
