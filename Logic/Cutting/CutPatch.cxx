@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 namespace kerf {
 namespace {
@@ -29,8 +28,7 @@ double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, con
 CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
                    const std::vector<char>& inner) {
   deformed = positions != nullptr;
-  std::unordered_map<Index, int> local;  // looked up only, never walked
-  local.reserve(chosen.size());
+  std::vector<int> local(mesh.VertexCount(), -1);
   tets.reserve(2 * chosen.size());
   old_tet = chosen;
   for (Index t : chosen) {
@@ -39,8 +37,8 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
     tet.region = mesh.region[t];
     for (int k = 0; k < 4; ++k) {
       const Index v = mesh.tets(t, k);
-      const auto [it, fresh] = local.insert({v, static_cast<int>(vertices.size())});
-      if (fresh) {
+      if (local[v] < 0) {
+        local[v] = static_cast<int>(vertices.size());
         Vertex vertex;
         vertex.rest = mesh.rest.row(v).transpose();
         vertex.current = positions ? Vec3(positions->row(v).transpose()) : vertex.rest;
@@ -48,7 +46,7 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
         vertex.frozen = !inner[v];
         vertices.push_back(vertex);
       }
-      tet.v[k] = it->second;
+      tet.v[k] = local[v];
     }
     tets.push_back(tet);
   }

@@ -58,8 +58,13 @@ std::vector<std::array<int, 2>> EdgesNear(const CutPatch& patch,
   for (const auto& tet : patch.tets)
     for (const auto& e : kEdges) {
       const int a = tet.v[e[0]], b = tet.v[e[1]];
-      if (near[a].triangle >= 0 && near[b].triangle >= 0)
-        edges.push_back({std::min(a, b), std::max(a, b)});
+      if (near[a].triangle < 0 || near[b].triangle < 0) continue;
+      // Where S crosses, the two ends are no farther from S than the edge is long.
+      const double reach = near[a].distance_mm + near[b].distance_mm;
+      if ((patch.vertices[a].rest - patch.vertices[b].rest).squaredNorm() * (1 + 1e-9) <
+          reach * reach)
+        continue;
+      edges.push_back({std::min(a, b), std::max(a, b)});
     }
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());

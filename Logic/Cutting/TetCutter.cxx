@@ -65,16 +65,29 @@ Box BoxOf(const Points& points,
   return box;
 }
 
-/// The triangles that `take` chooses, with all points.
+/// The triangles that `take` chooses, with their points.
 template <class Take>
 CutSurface Part(const CutSurface& surface, Take take) {
   CutSurface part;
-  part.points = surface.points;
+  std::vector<Index> number(surface.points.rows(), -1);
+  std::vector<Index> used;
   part.triangles.resize(surface.triangles.rows(), 3);
   Index n = 0;
-  for (Index t = 0; t < surface.triangles.rows(); ++t)
-    if (take(t)) part.triangles.row(n++) = surface.triangles.row(t);
+  for (Index t = 0; t < surface.triangles.rows(); ++t) {
+    if (!take(t)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const Index v = surface.triangles(t, k);
+      if (number[v] < 0) {
+        number[v] = static_cast<Index>(used.size());
+        used.push_back(v);
+      }
+      part.triangles(n, k) = number[v];
+    }
+    ++n;
+  }
   part.triangles.conservativeResize(n, 3);
+  part.points.resize(used.size(), 3);
+  for (std::size_t i = 0; i < used.size(); ++i) part.points.row(i) = surface.points.row(used[i]);
   return part;
 }
 
@@ -87,18 +100,20 @@ double MeanEdge_mm(const TetMesh& mesh) {
   return n > 0 ? sum / n : 0;
 }
 
-/// Tetrahedra whose box, with a margin, meets S.
-std::vector<Index> TetsNear(const TetMesh& mesh, const CutSurface& surface,
-                            const SurfaceIndex& index, double margin_mm) {
-  Box box;
-  for (Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) box.Add(surface.points.row(surface.triangles(t, k)));
+/// Tetrahedra in `region` whose box meets S.
+std::vector<Index> TetsNear(const TetMesh& mesh, const Box& region, const SurfaceIndex& index) {
+  std::vector<char> beyond(mesh.VertexCount());  // bits: which of the region's six planes
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    for (int k = 0; k < 3; ++k)
+      beyond[v] |= (mesh.rest(v, k) < region.low[k]) << k | (mesh.rest(v, k) > region.high[k])
+                                                                << (k + 3);
   std::vector<Index> near;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
-    Box tet = BoxOf(mesh.rest, mesh.tets.row(t));
-    tet.Grow(margin_mm);
-    if (tet.Meets(box) && index.MeetsBox(tet.low.transpose(), tet.high.transpose()))
-      near.push_back(t);
+    if (beyond[mesh.tets(t, 0)] & beyond[mesh.tets(t, 1)] & beyond[mesh.tets(t, 2)] &
+        beyond[mesh.tets(t, 3)])
+      continue;
+    const Box tet = BoxOf(mesh.rest, mesh.tets.row(t));
+    if (index.MeetsBox(tet.low.transpose(), tet.high.transpose())) near.push_back(t);
   }
   return near;
 }
@@ -301,20 +316,19 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
            !std::binary_search(memory_.triangles.begin(), memory_.triangles.end(), hashes[t]);
   });
   std::sort(hashes.begin(), hashes.end());
-  const SurfaceIndex fresh_index(fresh);
-  if (fresh_index.Empty())
+  if (fresh.triangles.rows() == 0)
     return refuse(surface.triangles.rows() == 0 ? "the separation surface is empty"
                                                 : "the separation surface separates nothing new");
   const double edge_mm = MeanEdge_mm(mesh);
-  Box around;
-  for (Index t = 0; t < fresh.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) around.Add(fresh.points.row(fresh.triangles(t, k)));
-  around.Grow(kContextEdges * edge_mm);
+  Box region;
+  for (Index i = 0; i < fresh.points.rows(); ++i) region.Add(fresh.points.row(i));
+  Box context = region;
+  region.Grow(known ? edge_mm : 0);
+  context.Grow(kContextEdges * edge_mm);
   const SurfaceIndex index(Part(surface, [&](Index t) {
-    return around.Meets(BoxOf(surface.points, surface.triangles.row(t)));
+    return context.Meets(BoxOf(surface.points, surface.triangles.row(t)));
   }));
-
-  const std::vector<Index> near = TetsNear(mesh, fresh, fresh_index, known ? edge_mm : 0);
+  const std::vector<Index> near = TetsNear(mesh, region, index);
   std::vector<Index> work;
   if (!near.empty()) {
     const std::vector<char> all_inner(mesh.VertexCount(), 1);
