@@ -6,11 +6,9 @@
 #include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataReader.h>
 #include <vtkPolyDataWriter.h>
 #include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
-#include <vtkUnstructuredGridReader.h>
 #include <vtkUnstructuredGridWriter.h>
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLPolyDataWriter.h>
@@ -73,16 +71,6 @@ void TagSpace(Space space, vtkDataObject* data) {
   tag->SetName(kSpaceArray);
   tag->InsertNextValue(ToString(space));
   data->GetFieldData()->AddArray(tag);
-}
-
-/// Second line of a legacy file.
-std::string LegacyTitle(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string line;
-  std::getline(in, line);
-  if (line.rfind("# vtk DataFile", 0) != 0) throw InputError(path, "line 1", "is no VTK file");
-  std::getline(in, line);
-  return line;
 }
 
 void RequireXml(const std::string& path, const char* type) {
@@ -192,8 +180,7 @@ std::string FileExtension(const std::string& path) {
 }
 
 bool IsSurfaceExtension(const std::string& extension) {
-  return extension == "vtp" || extension == "stl" || extension == "ply" || extension == "obj" ||
-         extension == "vtk";
+  return extension == "vtp" || extension == "stl" || extension == "ply" || extension == "obj";
 }
 
 SurfaceFile ReadSurfaceFile(const std::string& path) {
@@ -204,9 +191,6 @@ SurfaceFile ReadSurfaceFile(const std::string& path) {
     RequireXml(path, "PolyData");
     const auto data = RunReader<vtkXMLPolyDataReader, vtkPolyData>(path);
     file = FromPolyData(data, path, SpaceOf(data));
-  } else if (extension == "vtk") {
-    const std::string tag = FindSpaceTag(LegacyTitle(path));
-    file = FromPolyData(RunReader<vtkPolyDataReader, vtkPolyData>(path), path, tag);
   } else if (extension == "stl" || extension == "ply" || extension == "obj") {
     RawSurface raw = extension == "stl"   ? ReadStl(path)
                      : extension == "ply" ? ReadPly(path)
@@ -215,7 +199,7 @@ SurfaceFile ReadSurfaceFile(const std::string& path) {
     file.surface = std::move(raw.surface);
     file.surface.Validate(path);
   } else {
-    throw InputError(path, "", "is no surface file (.vtp .stl .ply .obj .vtk)");
+    throw InputError(path, "", "is no surface file (.vtp .stl .ply .obj)");
   }
   if (file.surface.Empty()) throw InputError(path, "triangles", "there are none");
   file.surface.points = InSpace(file.surface.points, file.space);
@@ -260,11 +244,8 @@ TetMesh ReadTetMesh(const std::string& path, Points* positions) {
     RequireXml(path, "UnstructuredGrid");
     grid = RunReader<vtkXMLUnstructuredGridReader, vtkUnstructuredGrid>(path);
     tag = SpaceOf(grid);
-  } else if (extension == "vtk") {
-    tag = FindSpaceTag(LegacyTitle(path));
-    grid = RunReader<vtkUnstructuredGridReader, vtkUnstructuredGrid>(path);
   } else {
-    throw InputError(path, "", "is no tetrahedral mesh file (.vtu .vtk)");
+    throw InputError(path, "", "is no tetrahedral mesh file (.vtu)");
   }
   const Space space = ParseSpace(tag, path, kSpaceArray);
   Points current;

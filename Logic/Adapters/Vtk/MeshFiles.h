@@ -16,13 +16,14 @@ namespace kerf {
 /// A surface as a file holds it.
 struct SurfaceFile {
   SurfaceMesh surface;                  ///< LPS, mm
-  std::optional<Points> rest_position;  ///< point array rest_position_mm (.vtp, .vtk), LPS
+  std::optional<Points> rest_position;  ///< point array rest_position_mm (.vtp), LPS
   Space space = Space::LPS;             ///< of the file, before conversion
 };
 
-/// .vtp .stl .ply .obj .vtk. Polygons are triangulated. Corners at the same place are merged (.stl
-/// only, which has no points). @throws InputError naming file and element: unknown extension,
-/// missing, truncated, garbage, empty, indices out of range, coordinates that are no numbers
+/// .vtp .stl .ply .obj. Legacy .vtk is written but not read: VTK 9.1 crashes on truncated ones.
+/// Polygons are triangulated. Corners at the same place are merged (.stl only, which has no
+/// points). @throws InputError naming file and element: unknown extension, missing, truncated,
+/// garbage, empty, indices out of range, coordinates that are no numbers
 SurfaceFile ReadSurfaceFile(const std::string& path);
 SurfaceMesh ReadSurface(const std::string& path);
 
@@ -32,7 +33,7 @@ SurfaceMesh ReadSurface(const std::string& path);
 void WriteSurface(const SurfaceMesh& surface, const std::string& path, Space space = Space::LPS,
                   const Points* rest_position = nullptr);
 
-/// .vtu .vtk. @param positions current points, may be null
+/// .vtu. @param positions current points, may be null
 TetMesh ReadTetMesh(const std::string& path, Points* positions = nullptr);
 /// .vtu .vtk with point array rest_position_mm and cell array region.
 void WriteTetMesh(const TetMesh& mesh, const Points& positions, const std::string& path,
