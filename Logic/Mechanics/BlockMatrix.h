@@ -20,6 +20,10 @@ class BlockMatrix {
   Index Slot(Index row, Index column) const;
   Index SlotCount() const { return static_cast<Index>(blocks_.size()); }
   Mat3& Block(Index slot) { return blocks_[slot]; }
+  const Mat3& Block(Index slot) const { return blocks_[slot]; }
+  /// Slots of a row are [RowBegin(row), RowBegin(row + 1)), columns ascending.
+  Index RowBegin(Index row) const { return begin_[row]; }
+  Index Column(Index slot) const { return column_[slot]; }
   const Mat3& Diagonal(Index row) const { return blocks_[Slot(row, row)]; }
   /// y = A x, both 3N.
   void Multiply(const Workers& workers, const VectorX& x, VectorX* y) const;

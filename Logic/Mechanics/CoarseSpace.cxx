@@ -96,24 +96,22 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
                      [&](Index v) { return near[v]; }))
       continue;
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
-      Index corner[4];
-      int nearby = 0;
+      Index entry[16];
+      int count = 0;
       for (int a = 0; a < 4; ++a) {
-        corner[a] = chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
-        nearby += near[corner[a]];
+        const Index v = chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
+        if (!near[v]) continue;
+        for (Index e = 4 * v; e < 4 * v + 4; ++e)
+          if (node_[e] >= 0 && flagged_nodes[node_[e]]) entry[count++] = e;
       }
-      if (nearby < 2) continue;
-      for (int a = 0; a < 4; ++a)
-        for (int k = 0; k < 4; ++k) {
-          const Index entry = 4 * corner[a] + k;
-          if (node_[entry] < 0 || !flagged_nodes[node_[entry]]) continue;
-          for (int b = a + 1; b < 4; ++b)
-            for (int m = 0; m < 4; ++m)
-              if (node_[4 * corner[b] + m] == node_[entry]) {
-                const Index p = FindRoot(&parent, entry), q = FindRoot(&parent, 4 * corner[b] + m);
-                parent[std::max(p, q)] = std::min(p, q);
-              }
-        }
+      // A chain through the entries of a node connects them all.
+      for (int s = 0; s < count; ++s)
+        for (int t = s + 1; t < count; ++t)
+          if (node_[entry[s]] == node_[entry[t]]) {
+            const Index p = FindRoot(&parent, entry[s]), q = FindRoot(&parent, entry[t]);
+            parent[std::max(p, q)] = std::min(p, q);
+            break;
+          }
     }
   }
   // Crumbs (copies at the rim of a support) stay with the heaviest part: only a real split is worth

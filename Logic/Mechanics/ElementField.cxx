@@ -222,37 +222,27 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
   for (Index t = 0; t < mesh.TetCount(); ++t)
     if (!is_kept[t]) added[place_of_old[change.parent_tet[t]].first].push_back(t);
 
-  std::vector<std::vector<Index>> touched(chunks_.size());
   std::vector<char> rebuilt(chunks_.size(), 0);
   std::vector<std::vector<simd::F4>> old_gradient(chunks_.size());
   workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
     Chunk& chunk = chunks_[c];
-    std::vector<Index>& mine = touched[c];
     const auto slots = gradient_.begin() + chunk.slot_begin;
     old_gradient[c].assign(slots, slots + chunk.vertices.size());
     std::vector<std::pair<Index, Index>> kept;  // lane, tetrahedron
     kept.reserve(chunk.tet.size());
+    bool all_same = true;
     for (Index i = 0; i < static_cast<Index>(chunk.tet.size()); ++i) {
       const Index t = change.kept_tet[chunk.tet[i]];
-      bool same = t >= 0;
       if (t >= 0) {
         kept.emplace_back(i, t);
+        bool same = true;
         for (int a = 0; a < 4; ++a)
           same &= inner_of_outer_[mesh.tets(t, a)] ==
                   chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
-        if (!same)
-          for (int a = 0; a < 4; ++a) mine.push_back(inner_of_outer_[mesh.tets(t, a)]);
+        all_same &= same;
       }
-      // Surviving corners of what is gone or has new corners see their surroundings change, too.
-      if (!same)
-        for (int a = 0; a < 4; ++a) {
-          const Index inner = chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
-          if (patch.inner_of_old[inner] >= 0) mine.push_back(inner);
-        }
     }
-    for (Index t : added[c])
-      for (int a = 0; a < 4; ++a) mine.push_back(inner_of_outer_[mesh.tets(t, a)]);
-    rebuilt[c] = !mine.empty() || kept.size() != chunk.tet.size();
+    rebuilt[c] = !all_same || !added[c].empty() || kept.size() != chunk.tet.size();
     if (!rebuilt[c]) {
       for (const auto& [lane, t] : kept) chunk.tet[lane] = t;
       return;
@@ -291,10 +281,7 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
     else
       std::copy(old_gradient[c].begin(), old_gradient[c].end(),
                 gradient_.begin() + chunks_[c].slot_begin);
-    patch.touched.insert(patch.touched.end(), touched[c].begin(), touched[c].end());
   }
-  std::sort(patch.touched.begin(), patch.touched.end());
-  patch.touched.erase(std::unique(patch.touched.begin(), patch.touched.end()), patch.touched.end());
   return patch;
 }
 

@@ -34,9 +34,8 @@ class ElementField {
     std::vector<Index>
         inner_of_old;  ///< inner number of each old inner vertex that is still in use, else −1
     std::vector<Index>
-        new_vertices;            ///< inner vertices that are new (or have another rest position)
-    std::vector<Index> touched;  ///< inner vertices of all changed tetrahedra, sorted
-    std::vector<Index> chunks;   ///< rebuilt chunks
+        new_vertices;           ///< inner vertices that are new (or have another rest position)
+    std::vector<Index> chunks;  ///< rebuilt chunks
   };
 
   void Reset(const TetMesh& mesh, const Material& material);
