@@ -110,6 +110,20 @@ bool IsOther(float hu, const Tissue& tissue) {
   return hu < boundary - 25 || hu > tissue.high_hu + 90;
 }
 
+/// Tubes and sheets have no neck: what is thinner than 2·thin_mm and leads away from the organ
+/// goes.
+Mask WithoutThin(const Mask& body, double thin_mm) {
+  std::vector<std::size_t> sizes;
+  const auto thick = Components(AtLeast(SignedDistance_mm(body), float(thin_mm)), &sizes);
+  if (sizes.empty()) return body;
+  Mask kept(body.grid, 0);
+  for (std::size_t i = 0; i < kept.values.size(); ++i) {
+    const int c = thick.values[i];
+    kept.values[i] = c > 0 && sizes[std::size_t(c - 1)] * 20 >= sizes.front();
+  }
+  return GeodesicGrow(kept, body, 1.8 * thin_mm);
+}
+
 Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnowledge& knowledge,
                  const std::vector<Vec3>& seeds, const std::vector<Vec3>& background,
                  Progress& progress) {
@@ -141,6 +155,7 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
         part.values[i] >= 0 && std::find(own.begin(), own.end(), part.values[i]) != own.end();
   if (Count(core) == 0) return core;
   progress.ThrowIfCancelled();
+  core = WithoutThin(core, knowledge.thin_mm);
 
   const ScalarField core_depth = SignedDistance_mm(core);
   Mask markers(image.grid, 0);

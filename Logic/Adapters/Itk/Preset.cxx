@@ -20,6 +20,7 @@ OrganKnowledge Parse(const char* text) {
   k.volume_ml = document.at("volume_ml");
   k.neck_ratio = document.at("neck_ratio");
   k.working_spacing_mm = document.at("working_spacing_mm");
+  k.thin_mm = document.at("thin_mm");
   k.closing_mm = document.at("closing_mm");
   const json& tumour = document.at("tumour");
   k.tumour = {tumour.at("contrast_hu"), tumour.at("enclosed"), tumour.at("least_ml")};

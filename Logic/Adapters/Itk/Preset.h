@@ -19,6 +19,7 @@ struct OrganKnowledge {
   /// half-thickness.
   double neck_ratio = 0.75;
   double working_spacing_mm = 2;  ///< of the grid on which parts and necks are found
+  double thin_mm = 4;             ///< half-thickness below which tissue that leads away is no organ
   double closing_mm = 2;          ///< clefts up to twice this are bridged
   struct Blob {
     double contrast_hu = 0;  ///< least difference from the parenchyma

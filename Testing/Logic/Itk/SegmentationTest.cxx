@@ -1,0 +1,230 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+
+#include "Adapters/Itk/Segmentation.h"
+#include "Adapters/Itk/VolumeFiles.h"
+#include "TestSupport.h"
+
+namespace kerf {
+namespace {
+
+using testing::InputErrorOf;
+using testing::Listener;
+using testing::Says;
+
+/// An ellipsoid of 50 × 30 × 26 mm half axes, 120 HU, in fat: a dark sphere at its rim, a bright
+/// rod inside, a vessel that leaves it, noise of 15 HU. Grid oblique and anisotropic.
+struct Phantom {
+  Volume ct;
+  std::vector<std::uint8_t> truth;
+  Vec3 center = Vec3(5, -30, 200);
+};
+
+Phantom MakePhantom(bool left_handed = false) {
+  Phantom p;
+  auto& grid = p.ct.grid;
+  grid.size = Eigen::Vector3i(96, 72, 52);
+  grid.spacing_mm = Vec3(1.25, 1.25, 1.5);
+  grid.direction = Eigen::AngleAxisd(0.25, Vec3(1, 1, 2).normalized()).toRotationMatrix();
+  if (left_handed) grid.direction.col(2) *= -1;
+  const Vec3 half = (grid.size.cast<double>() - Vec3::Ones()) / 2;
+  grid.origin_mm = p.center - grid.direction * grid.spacing_mm.cwiseProduct(half);
+  p.ct.source = "phantom";
+  p.truth.assign(grid.VoxelCount(), 0);
+  auto voxels = std::make_shared<std::vector<std::int16_t>>(grid.VoxelCount());
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 15);
+  std::size_t at = 0;
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i, ++at) {
+        const Vec3 local =
+            grid.direction.transpose() * (grid.WorldFromIndex(Vec3(i, j, k)) - p.center);
+        double hu = -90;
+        if (local.cwiseQuotient(Vec3(50, 30, 26)).norm() < 1) {
+          hu = 120;
+          p.truth[at] = 1;
+        }
+        if ((local - Vec3(25, 18, 0)).norm() < 9 && p.truth[at]) {
+          hu = 60;
+          p.truth[at] = 2;
+        }
+        if (local.tail<2>().norm() < 3.5 && std::abs(local[0]) < 25) {
+          hu = 600;
+          p.truth[at] = 3;
+        }
+        // A vessel of the same brightness leaves the organ: not part of it.
+        if (!p.truth[at] && (local - Vec3(0, local[1], 0)).norm() < 4 && local[1] > 0) hu = 120;
+        (*voxels)[at] = std::int16_t(std::lround(hu + noise(random)));
+      }
+  p.ct.voxels = voxels;
+  return p;
+}
+
+template <class A, class B>
+double Dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, A in_a,
+            B in_b) {
+  double both = 0, sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const bool x = in_a(a[i]), y = in_b(b[i]);
+    both += x && y;
+    sum += int(x) + int(y);
+  }
+  return sum > 0 ? 2 * both / sum : 0;
+}
+
+double OrganDice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  const auto any = [](int v) { return v > 0; };
+  return Dice(a, b, any, any);
+}
+
+double LabelDice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, int n) {
+  const auto is = [n](int v) { return v == n; };
+  return Dice(a, b, is, is);
+}
+
+TEST(Segmentation, FindsOrganTumourAndRodFromOneSeedOnAnObliqueGrid) {
+  for (const bool left_handed : {false, true}) {
+    const Phantom p = MakePhantom(left_handed);
+    SegmentationRequest request;
+    request.preset = OrganPreset::Kidney;
+    request.seeds = {{SeedKind::Organ, p.center + p.ct.grid.direction * Vec3(-30, 0, 0), "seed"}};
+    Listener heard;
+    SegmentationReport report;
+    const LabelMap labels = SegmentCt(p.ct, request, heard, &report);
+    EXPECT_TRUE(labels.grid.SameAs(p.ct.grid));
+    EXPECT_GT(OrganDice(*labels.voxels, p.truth), 0.96);
+    EXPECT_GT(LabelDice(*labels.voxels, p.truth, 2), 0.85);
+    EXPECT_GT(LabelDice(*labels.voxels, p.truth, 3), 0.85);
+    EXPECT_EQ(report.components, 1);
+    EXPECT_EQ(report.holes, 0);
+    EXPECT_TRUE(report.plausible);
+    EXPECT_FALSE(report.touches_border);
+    EXPECT_NEAR(report.organ_mean_hu, 120, 5);
+    EXPECT_TRUE(heard.Heard("taken as tumour"));
+  }
+}
+
+TEST(Segmentation, NeedsNoSeedWhereOneOrganFillsTheVolume) {
+  const Phantom p = MakePhantom();
+  Progress silent;
+  const LabelMap first = SegmentStudyCt(p.ct, silent);
+  EXPECT_GT(OrganDice(*first.voxels, p.truth), 0.96);
+  EXPECT_EQ(*SegmentStudyCt(p.ct, silent).voxels, *first.voxels) << "not deterministic";
+}
+
+TEST(Segmentation, TakesSeedsForTumourAndInnerStructure) {
+  const Phantom p = MakePhantom();
+  SegmentationRequest request;
+  request.preset = OrganPreset::Kidney;
+  request.seeds = {{SeedKind::Organ, p.center + p.ct.grid.direction * Vec3(-30, 0, 0), "organ"},
+                   {SeedKind::Tumour, p.center + p.ct.grid.direction * Vec3(25, 17, 0), "tumour"},
+                   {SeedKind::Internal, p.center, "internal"}};
+  Listener heard;
+  const LabelMap labels = SegmentCt(p.ct, request, heard);
+  EXPECT_GT(LabelDice(*labels.voxels, p.truth, 2), 0.8);
+  EXPECT_GT(LabelDice(*labels.voxels, p.truth, 3), 0.85);
+  EXPECT_FALSE(heard.Heard("taken as tumour"));
+}
+
+TEST(Segmentation, RefusesSeedsThatCannotBeMeant) {
+  const Phantom p = MakePhantom();
+  Progress silent;
+  SegmentationRequest request;
+  request.preset = OrganPreset::Kidney;
+  request.seeds_source = "seeds.mrk.json";
+  const auto error = [&](SeedKind kind, const Vec3& local) {
+    request.seeds = {{SeedKind::Organ, p.center + p.ct.grid.direction * Vec3(-30, 0, 0), "first"}};
+    const Seed seed{kind, p.center + p.ct.grid.direction * local, "the seed"};
+    if (kind == SeedKind::Organ)
+      request.seeds = {seed};
+    else
+      request.seeds.push_back(seed);
+    return InputErrorOf([&] { SegmentCt(p.ct, request, silent); });
+  };
+  EXPECT_TRUE(Says(error(SeedKind::Organ, Vec3(500, 0, 0)), "outside the volume"));
+  EXPECT_TRUE(Says(error(SeedKind::Organ, Vec3(500, 0, 0)), "seeds.mrk.json: the seed"));
+  EXPECT_TRUE(Says(error(SeedKind::Organ, Vec3(-50, 35, 20)), "HU"));
+  EXPECT_TRUE(Says(error(SeedKind::Tumour, Vec3(-35, 0, 0)), "cannot be told"));
+}
+
+TEST(Segmentation, FindsNothingInFat) {
+  Phantom p = MakePhantom();
+  auto fat = std::make_shared<std::vector<std::int16_t>>(*p.ct.voxels);
+  for (auto& v : *fat) v = std::min<std::int16_t>(v, -60);
+  p.ct.voxels = fat;
+  Progress silent;
+  EXPECT_TRUE(Says(InputErrorOf([&] { SegmentStudyCt(p.ct, silent); }), "no organ"));
+}
+
+/// Cancels at the n-th question.
+class Impatient : public Progress {
+ public:
+  explicit Impatient(int patience) : patience_(patience) {}
+  bool IsCancelled() const override { return asked_++ >= patience_; }
+
+ private:
+  int patience_;
+  mutable int asked_ = 0;
+};
+
+TEST(Segmentation, StopsSoonWhenCancelled) {
+  const Phantom p = MakePhantom();
+  for (const int patience : {0, 3, 10, 30}) {
+    Impatient progress(patience);
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_THROW(SegmentStudyCt(p.ct, progress), Cancelled) << patience;
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+  }
+}
+
+TEST(SegmentationData, StudyCts) {
+  for (const char* name : {"kidney-1", "kidney-2", "kidney-nocut", "liver-1"}) {
+    const std::string folder = testing::CasesFolder() + "/" + name;
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+    Progress silent;
+    const LabelMap found = SegmentStudyCt(ReadVolume(folder + "/ct.nii.gz"), silent);
+    const LabelMap truth = ReadLabelMap(folder + "/labels.nii.gz");
+    const double organ = OrganDice(*found.voxels, *truth.voxels),
+                 tumour = LabelDice(*found.voxels, *truth.voxels, 2),
+                 internal = LabelDice(*found.voxels, *truth.voxels, 3);
+    printf("%s: organ %.3f tumour %.3f internal %.3f\n", name, organ, tumour, internal);
+    EXPECT_GE(organ, 0.97) << name;
+    EXPECT_GE(tumour, 0.85) << name;
+    EXPECT_GE(internal, 0.85) << name;
+  }
+}
+
+TEST(SegmentationData, LiverAndKidneysWithoutContrast) {
+  const std::string folder = testing::DataFolder() + "/ct-abdomen";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
+  const Volume ct = ReadVolume(folder + "/ct.nii.gz");
+  const LabelMap reference = ReadLabelMap(folder + "/reference_labels.nii.gz");
+  struct Organ {
+    const char* name;
+    OrganPreset preset;
+    int label;
+    Vec3 seed;  ///< LPS, the voxel at least 6 mm inside that is nearest to the centroid
+    double least;
+  };
+  for (const Organ& organ :
+       {Organ{"liver", OrganPreset::Liver, 5, Vec3(-74, -185, 391), 0.90},
+        Organ{"right kidney", OrganPreset::Kidney, 2, Vec3(-80, -128, 346), 0.88},
+        Organ{"left kidney", OrganPreset::Kidney, 3, Vec3(88, -119, 361), 0.88}}) {
+    SegmentationRequest request;
+    request.preset = organ.preset;
+    request.seeds = {{SeedKind::Organ, organ.seed, "seed"}};
+    Progress silent;
+    const LabelMap found = SegmentCt(ct, request, silent);
+    const double dice = Dice(
+        *found.voxels, *reference.voxels, [](int v) { return v > 0; },
+        [&](int v) { return v == organ.label; });
+    printf("%s: %.3f\n", organ.name, dice);
+    EXPECT_GE(dice, organ.least) << organ.name;
+  }
+}
+
+}  // namespace
+}  // namespace kerf
