@@ -19,7 +19,7 @@ constexpr double kVertexToleranceMm = 0.05;
 /// The iteration sees the lower end of the spectrum from above.
 constexpr double kGapSafety = 1.5, kErrorSafety = 1.0;
 /// Motion below which nothing is worth solving, whatever the relative energy gap.
-constexpr double kStillMm = 0.002;
+constexpr double kStillMm = 0.0003;
 /// Total stiffness of the proximal anchors of a component, relative to its springs
 /// or, if that is less, to E·V^(1/3): they hold what
 /// no spring holds (the depth along pure rays, turns about a line) and shift the rest by a
