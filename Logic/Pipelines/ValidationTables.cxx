@@ -156,9 +156,13 @@ ValidationTable CutTable(const std::vector<ValidationRun>& runs) {
       opening = m.delay_after_1mm_opening_s.value_or(kNone);
       line = m.location.mean_mm;
     }
+    // Where nothing was to be found, nothing was missed.
+    const auto count = [&](int n) {
+      return run.variant.cutting ? std::to_string(n) : std::string("–");
+    };
     for (const std::string& cell :
-         {std::to_string(cuts.truth), std::to_string(cuts.matched.size()),
-          std::to_string(cuts.missed), std::to_string(cuts.false_cuts), Number("%+.2f", delay),
+         {std::to_string(cuts.truth), count(static_cast<int>(cuts.matched.size())),
+          count(cuts.missed), count(cuts.false_cuts), Number("%+.2f", delay),
           Number("%+.2f", opening), Number("%.2f", line),
           std::string(ToString(run.replay.final_gate)), Number("%.1f", run.replay.median_ms),
           Number("%.1f", run.replay.p99_ms)})

@@ -53,6 +53,9 @@ TEST(ValidationTables, AFailedRunShowsNoFigures) {
   run.error = "camera.yml: broken";
   EXPECT_EQ(DiceTables({run})[0].rows[0][2], "–");
   EXPECT_EQ(CutTable({run}).rows[0][2], "failed");
+  ValidationRun off = Scored("a", false, {});
+  off.scores.cuts.missed = off.scores.cuts.truth = 1;
+  EXPECT_EQ(CutTable({off}).rows[0][4], "–") << "detection was off: nothing was missed";
 }
 
 TEST(Validate, WrongUseIsSaidBeforeAnythingRuns) {
