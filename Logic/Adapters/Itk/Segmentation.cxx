@@ -147,7 +147,11 @@ LabelMap SegmentStudyCt(const Volume& ct, Progress& progress, SegmentationReport
   const FoundOrgan found = FindStudyOrgan(ct, search);
   SegmentationRequest request;
   request.preset = found.preset;
-  return Segment(ct, KnowledgeOf(found.preset), request, {found.seed_mm}, progress, report);
+  // The organ was chosen because it stands out: hardly anything of its brightness can leak into it.
+  OrganKnowledge knowledge = KnowledgeOf(found.preset);
+  knowledge.neck_ratio = std::min(knowledge.neck_ratio, 0.5);
+  knowledge.thin_mm = 2;
+  return Segment(ct, knowledge, request, {found.seed_mm}, progress, report);
 }
 
 }  // namespace kerf

@@ -210,7 +210,7 @@ TEST(SegmentationData, LiverAndKidneysWithoutContrast) {
     double least;
   };
   for (const Organ& organ :
-       {Organ{"liver", OrganPreset::Liver, 5, Vec3(-74, -185, 391), 0.90},
+       {Organ{"liver", OrganPreset::Liver, 5, Vec3(-74, -185, 391), 0.89},
         Organ{"right kidney", OrganPreset::Kidney, 2, Vec3(-80, -128, 346), 0.88},
         Organ{"left kidney", OrganPreset::Kidney, 3, Vec3(88, -119, 361), 0.88}}) {
     SegmentationRequest request;
