@@ -57,8 +57,8 @@ TEST_F(PhantomStudy, IsReadAsAStudy) {
     EXPECT_LT((camera.Project(tracks.rest.row(i)) - Vec2(tracks.rest_pixels.row(i))).norm(), 0.01);
   EXPECT_EQ(ReadLandmarks(study.landmarks).size(), 8U);
   int frames = 0;
-  VideoSource video(study.video);
-  while (video.Next()) ++frames;
+  const auto video = OpenVideo(study.video);
+  while (video->Next()) ++frames;
   EXPECT_EQ(frames, 150);
 }
 
@@ -74,10 +74,11 @@ TEST_F(PhantomStudy, IsTheSameBitForBit) {
   Progress progress;
   MakePhantom({PhantomScenario::BandCut, (root_ / "again").string(), 3}, progress);
   for (const auto& entry : fs::recursive_directory_iterator(Study()))
-    if (entry.is_regular_file())
+    if (entry.is_regular_file()) {
       EXPECT_EQ(Content(entry.path()),
                 Content(root_ / "again" / fs::relative(entry.path(), Study())))
           << entry.path().filename();
+    }
 }
 
 /// The judge that the project did not write accepts the layout and scores the truth as the truth.
