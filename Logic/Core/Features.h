@@ -41,4 +41,13 @@ class FeatureTracker {
   virtual void Predict(const Pixels& predicted_px) {}
 };
 
+/// Where the organ is seen in a frame, from the frame's own appearance.
+class OrganSegmenter {
+ public:
+  virtual ~OrganSegmenter() = default;
+  /// @param model_mask projection of the registered model, 1 channel: where to start from
+  /// @return 1 channel, size of the frame, non-zero = organ; an empty image where it cannot be told
+  virtual Image Segment(const Frame& frame, const Image& model_mask) = 0;
+};
+
 }  // namespace kerf

@@ -15,6 +15,7 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
 #include "Adapters/OpenCv/LucasKanadeTracker.h"
+#include "Adapters/OpenCv/OrganSegmentation.h"
 #include "Adapters/OpenCv/VideoSource.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/CaseFolder.h"
@@ -167,6 +168,14 @@ JournalData InputHashes(const ReplayRequest& request, const Study& study) {
   return data;
 }
 
+/// The organ as OpenCV's adapter finds it in the video.
+class VideoOrganSegmenter : public OrganSegmenter {
+ public:
+  Image Segment(const Frame& frame, const Image& model_mask) override {
+    return OrganMask(frame, model_mask);
+  }
+};
+
 void CheckVideo(const FrameSource& source, const CameraModel& camera, const Study& study) {
   if (source.Width() != camera.width || source.Height() != camera.height)
     throw InputError(study.video, "frame size",
@@ -293,7 +302,8 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
 
   const MeshQuality planned_quality = MeasureQuality(planned.mesh, planned.mesh.rest);
   RegistrationSession session(std::move(planned.mesh), std::move(planned.structures), camera,
-                              request.method, std::move(tracker));
+                              request.method, std::move(tracker),
+                              request.tracks ? nullptr : std::make_unique<VideoOrganSegmenter>());
   ReplayResult result;
   std::vector<double> totals;
   const int frame_count = source->FrameCount();

@@ -12,7 +12,7 @@ using Mat2 = Eigen::Matrix2d;
 
 constexpr int kNear = 12;
 constexpr double kFitScale_mm = 0.3;  // residual beyond which a neighbour belongs to another side
-constexpr double kLongest = 3.0;      // times the median: edges across gaps of the feature cloud
+constexpr double kLongest = 3.0;      // times the median: pairs across gaps of the feature cloud
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -147,12 +147,19 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     for (int k = 0; k < 3; ++k)
       t.fans[corner[k]].push_back({corner[(k + 1) % 3], corner[(k + 2) % 3]});
   }
+  // Witnesses are pairs, not only Delaunay edges: where features beside a cut are lost, the ones
+  // behind them still see it.
+  std::vector<std::array<Index, 2>> pairs;
+  for (Index l : members)
+    for (Index m : t.near[l]) pairs.push_back({std::min(l, m), std::max(l, m)});
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   std::vector<double> kept_length;
-  for (std::size_t e = 0; e < all.size(); ++e) {
-    if (lengths[e] > kLongest * t.spacing_mm) continue;
-    if (std::max(steep[all[e][0]], steep[all[e][1]]) > steepest) continue;
-    t.edges.push_back(all[e]);
-    kept_length.push_back(lengths[e]);
+  for (const auto& [l, m] : pairs) {
+    const double length = (t.rest.row(l) - t.rest.row(m)).norm();
+    if (length > kLongest * t.spacing_mm || std::max(steep[l], steep[m]) > steepest) continue;
+    t.edges.push_back({l, m});
+    kept_length.push_back(length);
   }
   t.length_mm = Eigen::Map<Eigen::VectorXd>(kept_length.data(), kept_length.size());
   return t;

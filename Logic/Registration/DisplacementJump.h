@@ -7,14 +7,14 @@
 
 namespace kerf {
 
-/// Triangulation of the features at rest, seen from the camera: who is beside whom, and which edges
+/// Neighbourhood of the features at rest, seen from the camera: who is beside whom, and which edges
 /// can bear witness. Lateral coordinates: camera x, y in mm at rest (what a single camera
 /// measures).
 struct FeatureTriangulation {
   Pixels rest;  ///< N×2, lateral, mm
   std::vector<std::array<Index, 2>>
-      edges;                  ///< Delaunay edges (l < m) that are not too long and not too steep
-  Eigen::VectorXd length_mm;  ///< of the edges
+      edges;  ///< neighbours (l < m) that are not too far apart and not on too steep surface
+  Eigen::VectorXd length_mm;             ///< of the edges
   std::vector<std::vector<Index>> near;  ///< the 12 nearest features of each feature
   std::vector<std::vector<std::array<Index, 2>>>
       fans;                 ///< the two other corners of each triangle at a feature

@@ -31,6 +31,7 @@ MethodOptions ReferenceOptions() {
   options.spring_factor_mm = 1.0;
   options.along_factor = 1.0;
   options.robust_scale_mm = 0.0;
+  options.silhouette_factor = 0.0;
   options.steps_per_frame = 5;
   options.structure_mode = StructureCutMode::DeleteTriangles;
   return options;

@@ -9,6 +9,7 @@
 #include "Registration/CutEvidence.h"
 #include "Registration/CutPolygon.h"
 #include "Registration/NeighborGraph.h"
+#include "Registration/Silhouette.h"
 #include "Registration/Targets.h"
 
 namespace kerf {
@@ -36,6 +37,7 @@ struct RegistrationState {
   std::vector<Structure> structures;         ///< P_I⁰, C_I^t
   CutEvidence evidence;                      ///< what spoke for cuts so far (Kerf's detection)
   std::shared_ptr<const SurfaceTree> uncut;  ///< the organ's rest surface before any cut
+  BoundaryTopology boundary;                 ///< of `mesh`
   std::vector<ModelCut> cuts;                ///< p_C, S
 };
 

@@ -47,6 +47,23 @@ Pixels ProjectedFeatures(const RegistrationState& state, const CameraModel& came
   return out;
 }
 
+/// Springs that draw the model's outline to the organ's outline in the image.
+void AddSilhouette(const SilhouetteTargets& found, const CameraModel& camera,
+                   const MethodOptions& options, Springs* springs) {
+  const Index n = springs->at.Size(), m = found.at.Size();
+  springs->at.tet.insert(springs->at.tet.end(), found.at.tet.begin(), found.at.tet.end());
+  springs->at.weights.conservativeResize(n + m, 4);
+  springs->at.weights.bottomRows(m) = found.at.weights;
+  springs->targets.conservativeResize(n + m, 3);
+  springs->targets.bottomRows(m) = found.targets;
+  springs->stiffness.conservativeResize(n + m);
+  springs->stiffness.tail(m) =
+      options.silhouette_factor * options.SpringStiffness_g_s2() * found.confidence;
+  springs->directions.conservativeResize(n + m, 3);
+  springs->directions.bottomRows(m) =
+      (found.targets.rowwise() - camera.Center().transpose()).rowwise().normalized();
+}
+
 /// Camera x, y of world points, mm.
 Pixels Lateral(const Points& world, const CameraModel& camera) {
   Pixels out(world.rows(), 2);
@@ -94,6 +111,7 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
         (camera.camera_from_world * Vec3(state.bound.rest.row(i).transpose())).transpose();
   state.evidence = BeginEvidence(rest_camera, state.bound.on_surface);
   state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
+  state.boundary = MakeBoundaryTopology(state.mesh);
   engine.solver.Reset(state.mesh, options.material);
   return state;
 }
@@ -118,9 +136,16 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       report.cuts.push_back(event);                                             // and structures
     }
     Begin(engine, Stage::Solve);
-    report.solve = engine.solver.Solve(  // [7] minimize Eq. (5)
-        FeatureSprings(*state, targets, usable, camera, options), {}, options.solve,
-        &state->positions, &state->velocities);
+    Springs springs = FeatureSprings(*state, targets, usable, camera, options);
+    if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image) {
+      const SurfaceMesh outline{state->positions, state->boundary.triangles};
+      const Image organ = engine.segmenter->Segment(frame, ProjectedMask(outline, camera));
+      AddSilhouette(FindSilhouette(state->boundary, state->mesh, state->positions, camera, organ,
+                                   options.silhouette_reach_px),
+                    camera, options, &springs);
+    }
+    report.solve = engine.solver.Solve(springs, {}, options.solve,  // [7] minimize Eq. (5)
+                                       &state->positions, &state->velocities);
   }
   engine.tracker.Predict(ProjectedFeatures(*state, camera));
   return report;  // [8] the module draws

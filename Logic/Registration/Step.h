@@ -29,6 +29,7 @@ struct Engine {
   ElasticSolver& solver;
   TetCutter& cutter;
   StageObserver* observer = nullptr;
+  OrganSegmenter* segmenter = nullptr;  ///< none: the silhouette takes no part
 };
 
 /// A growth of a cut in this frame.

@@ -34,7 +34,8 @@ class BindingSurface {
 
  private:
   const TetMesh& mesh_;
-  std::vector<Index> vertex_of_point_, tet_of_triangle_;  // filled while surface_ is made: before it
+  std::vector<Index> vertex_of_point_,
+      tet_of_triangle_;  // filled while surface_ is made: before it
   SurfaceMesh surface_;
   SurfaceTree tree_;
 };

@@ -52,12 +52,14 @@ class RegistrationSession::StageClock : public StageObserver {
 
 RegistrationSession::RegistrationSession(TetMesh mesh, std::vector<Structure> structures,
                                          CameraModel camera, MethodOptions options,
-                                         std::unique_ptr<FeatureTracker> tracker)
+                                         std::unique_ptr<FeatureTracker> tracker,
+                                         std::unique_ptr<OrganSegmenter> segmenter)
     : mesh_(std::move(mesh)),
       structures_(std::move(structures)),
       camera_(std::move(camera)),
       options_(std::move(options)),
       tracker_(std::move(tracker)),
+      segmenter_(std::move(segmenter)),
       solver_(options_.method == Method::Reference ? MakeReferenceSolver() : MakeKerfSolver()),
       clock_(std::make_unique<StageClock>()) {
   options_.Validate();
@@ -66,7 +68,7 @@ RegistrationSession::RegistrationSession(TetMesh mesh, std::vector<Structure> st
 RegistrationSession::~RegistrationSession() = default;
 
 SessionFrame RegistrationSession::Process(const Frame& frame) {
-  Engine engine{*tracker_, *solver_, cutter_, clock_.get()};
+  Engine engine{*tracker_, *solver_, cutter_, clock_.get(), segmenter_.get()};
   if (!started_) {
     state_ = Initialize(frame, camera_, std::move(mesh_), std::move(structures_), options_, engine);
     for (Index i = 0; i < state_.features.Size(); ++i)

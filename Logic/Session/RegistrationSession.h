@@ -35,7 +35,8 @@ class RegistrationSession {
  public:
   /// @param camera with the accepted initial registration
   RegistrationSession(TetMesh mesh, std::vector<Structure> structures, CameraModel camera,
-                      MethodOptions options, std::unique_ptr<FeatureTracker> tracker);
+                      MethodOptions options, std::unique_ptr<FeatureTracker> tracker,
+                      std::unique_ptr<OrganSegmenter> segmenter = nullptr);
   ~RegistrationSession();
 
   /// The first call detects and binds the features, every call registers.
@@ -51,6 +52,7 @@ class RegistrationSession {
   CameraModel camera_;
   MethodOptions options_;
   std::unique_ptr<FeatureTracker> tracker_;
+  std::unique_ptr<OrganSegmenter> segmenter_;
   std::unique_ptr<ElasticSolver> solver_;
   TetCutter cutter_;
   std::unique_ptr<StageClock> clock_;

@@ -1,0 +1,141 @@
+#include "Registration/Silhouette.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "Registration/OrganMask.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kCoarse =
+    4;  // the mask that tells outer outline from inner folds is this much smaller
+constexpr double kOutside_px = 6.0;  // a step outwards from the outer outline leaves the model
+
+}  // namespace
+
+BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh) {
+  BoundaryTopology out;
+  std::vector<Index> tet_of_face;
+  out.triangles = BoundaryFaces(mesh.tets, &tet_of_face);
+  out.tet_of_vertex.assign(mesh.VertexCount(), -1);
+  struct Side {
+    Index a, b, triangle;
+    bool operator<(const Side& o) const {
+      return std::tie(a, b, triangle) < std::tie(o.a, o.b, o.triangle);
+    }
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * out.triangles.rows());
+  for (Index t = 0; t < out.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Index a = out.triangles(t, k), b = out.triangles(t, (k + 1) % 3);
+      sides.push_back({std::min(a, b), std::max(a, b), t});
+      out.tet_of_vertex[a] = tet_of_face[t];
+    }
+  std::sort(sides.begin(), sides.end());
+  for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {
+    out.edges.push_back({sides[i].a, sides[i].b});
+    out.beside.push_back({sides[i].triangle, sides[i + 1].triangle});
+  }
+  return out;
+}
+
+SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
+                                 const Points& positions, const CameraModel& camera,
+                                 const Image& organ_mask, int reach) {
+  SilhouetteTargets out;
+  out.at.weights.resize(0, 4);
+  out.targets.resize(0, 3);
+  if (organ_mask.width != camera.width || organ_mask.height != camera.height) return out;
+  const Vec3 eye = camera.Center();
+  std::vector<char> front(boundary.triangles.rows());
+  for (Index t = 0; t < boundary.triangles.rows(); ++t) {
+    const Vec3 a = positions.row(boundary.triangles(t, 0)).transpose();
+    const Vec3 b = positions.row(boundary.triangles(t, 1)).transpose();
+    const Vec3 c = positions.row(boundary.triangles(t, 2)).transpose();
+    front[t] = (b - a).cross(c - a).dot(eye - a) > 0.0;
+  }
+  CameraModel coarse = camera;
+  coarse.width = camera.width / kCoarse;
+  coarse.height = camera.height / kCoarse;
+  for (double* value : {&coarse.fx, &coarse.fy, &coarse.cx, &coarse.cy}) *value /= kCoarse;
+  SurfaceMesh surface{positions, boundary.triangles};
+  const Image mask = ProjectedMask(surface, coarse);
+  const auto covered = [&](const Vec2& p) {
+    const int u = static_cast<int>(std::lround(p.x() / kCoarse));
+    const int v = static_cast<int>(std::lround(p.y() / kCoarse));
+    return u >= 0 && v >= 0 && u < mask.width && v < mask.height &&
+           mask.data[std::size_t(v) * mask.width + u] != 0;
+  };
+  std::vector<char> used(positions.rows(), 0);
+  std::vector<Index> vertices;
+  std::vector<Vec3> targets;
+  std::vector<double> confidence;
+  std::vector<double> profile(2 * reach + 1);
+  for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
+    if (front[boundary.beside[e][0]] == front[boundary.beside[e][1]]) continue;
+    const auto [va, vb] = boundary.edges[e];
+    if (used[va]) continue;
+    const Vec3 world = positions.row(va).transpose();
+    const Vec2 a = camera.Project(world), b = camera.Project(positions.row(vb).transpose());
+    if (!a.allFinite() || !b.allFinite() || (b - a).norm() < 0.5) continue;
+    if (!camera.InImage(a, reach + 2.0)) continue;
+    Vec2 normal(-(b - a).y(), (b - a).x());
+    normal.normalize();
+    const Vec2 middle = 0.5 * (a + b);
+    const bool plus = covered(middle + kOutside_px * normal);
+    if (plus == covered(middle - kOutside_px * normal)) continue;  // an inner fold
+    if (plus) normal = -normal;                                    // outwards
+    used[va] = 1;
+    // Best step: organ before it, background behind it.
+    double behind = 0.0, before = 0.0;
+    for (int s = -reach; s <= reach; ++s) {
+      const Vec2 p = a + s * normal;
+      const std::size_t pixel =
+          std::size_t(std::lround(p.y())) * organ_mask.width + std::size_t(std::lround(p.x()));
+      profile[s + reach] = organ_mask.data[pixel] ? 1.0 : -1.0;
+      behind += profile[s + reach];
+    }
+    double best = -1e30;
+    int best_step = 0;
+    for (int s = -reach; s <= reach + 1; ++s) {
+      if (before - behind > best) {
+        best = before - behind;
+        best_step = s;
+      }
+      if (s > reach) break;
+      before += profile[s + reach];
+      behind -= profile[s + reach];
+    }
+    if (best_step <= -reach + 2 || best_step >= reach - 1) continue;  // no step in reach
+    double organ_side = 0.0, ground_side = 0.0;
+    constexpr int kSide = 4;
+    for (int s = 1; s <= kSide; ++s) {
+      if (best_step - s + reach >= 0) organ_side += profile[best_step - s + reach];
+      if (best_step - 1 + s + reach <= 2 * reach) ground_side -= profile[best_step - 1 + s + reach];
+    }
+    const double sure = std::min(organ_side, ground_side) / kSide;
+    if (sure < 0.7) continue;
+    const double step = best_step - 0.5;  // between the last organ and the first background pixel
+    vertices.push_back(va);
+    targets.push_back(camera.PointAtDepth(a + step * normal, camera.Depth(world)));
+    confidence.push_back(sure);
+  }
+  const Index n = static_cast<Index>(vertices.size());
+  out.at.tet.resize(n);
+  out.at.weights = Weights4::Zero(n, 4);
+  out.targets.resize(n, 3);
+  out.confidence.resize(n);
+  for (Index i = 0; i < n; ++i) {
+    out.at.tet[i] = boundary.tet_of_vertex[vertices[i]];
+    for (int c = 0; c < 4; ++c)
+      if (mesh.tets(out.at.tet[i], c) == vertices[i]) out.at.weights(i, c) = 1.0;
+    out.targets.row(i) = targets[i].transpose();
+    out.confidence[i] = confidence[i];
+  }
+  return out;
+}
+
+}  // namespace kerf

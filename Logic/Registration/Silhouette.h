@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "Core/Camera.h"
+#include "Core/Embedding.h"
+#include "Core/Frame.h"
+#include "Core/TetMesh.h"
+
+namespace kerf {
+
+/// The boundary of the mesh as the silhouette needs it; changes only with the topology.
+struct BoundaryTopology {
+  Triangles triangles;                       ///< in mesh vertices, outwards
+  std::vector<std::array<Index, 2>> edges;   ///< mesh vertices
+  std::vector<std::array<Index, 2>> beside;  ///< the two triangles at each edge
+  std::vector<Index> tet_of_vertex;          ///< a tetrahedron at each boundary vertex, −1 inside
+};
+BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh);
+
+/// Where the organ's outline is in the image, for points on the model's outline.
+struct SilhouetteTargets {
+  Embedding at;    ///< model points (vertices on the outline)
+  Points targets;  ///< the same points moved across the line of sight onto the image's outline, mm
+  Eigen::VectorXd confidence;  ///< 0..1
+};
+
+/// Along the normal of the model's outline, the place that best parts organ from background.
+/// @param organ_mask 1 channel, raw image size: non-zero where the organ is seen; another size
+/// gives no targets
+/// @param reach_px how far is searched to either side
+SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
+                                 const Points& positions, const CameraModel& camera,
+                                 const Image& organ_mask, int reach_px);
+
+}  // namespace kerf
