@@ -27,9 +27,9 @@ struct MethodOptions {
       spring_g_s2;  ///< `--spring`: k_l itself, g/s² (10⁻³ N/m); overrides the factor
   double along_factor =
       0.1;  ///< stiffness along the line of sight relative to across (depth gauge)
-  double robust_scale_mm = 3.0;  ///< Geman–McClure; 0 = quadratic
+  double robust_scale_mm = 5.0;  ///< Geman–McClure; 0 = quadratic
   double silhouette_factor =
-      0.2;  ///< stiffness at the outline relative to a feature's; 0 = the paper (none)
+      0.5;  ///< stiffness at the outline relative to a feature's; 0 = the paper (none)
   int silhouette_reach_px = 30;  ///< how far from the model's outline the organ's is looked for
   int steps_per_frame = 1;       ///< repeats of steps [2]–[8] of Fig. 1 with one frame
   SolveOptions solve;

@@ -31,7 +31,7 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
     structure =
         CutStructureSurface(structure, cut.surface, change, state->mesh, options.structure_mode);
   state->mesh = change.mesh;
-  state->boundary = MakeBoundaryTopology(state->mesh);
+  state->boundary = MakeBoundaryTopology(state->mesh, state->blind_outline);
   return report;
 }
 

@@ -37,6 +37,7 @@ struct RegistrationState {
   std::vector<Structure> structures;         ///< P_I⁰, C_I^t
   CutEvidence evidence;                      ///< what spoke for cuts so far (Kerf's detection)
   std::shared_ptr<const SurfaceTree> uncut;  ///< the organ's rest surface before any cut
+  Points blind_outline;                      ///< rest places whose outline is hidden, mm
   BoundaryTopology boundary;                 ///< of `mesh`
   std::vector<ModelCut> cuts;                ///< p_C, S
 };

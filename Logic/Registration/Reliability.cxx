@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace kerf {
@@ -36,6 +37,11 @@ int OccupiedCells(const Points& rest, const std::vector<char>& use) {
     cell[at[0] * kGrid + at[1]] = 1;
   }
   return static_cast<int>(std::count(cell.begin(), cell.end(), 1));
+}
+
+bool HasTumour(const RegistrationState& state) {
+  return std::any_of(state.structures.begin(), state.structures.end(),
+                     [](const Structure& s) { return s.name == "tumour"; });
 }
 
 }  // namespace
@@ -75,7 +81,7 @@ Reliability AssessReliability(const RegistrationState& state, const CameraModel&
   }
   if (residual_px.empty()) {
     out.reason = "no feature is tracked";
-    out.tumour_u95_mm = 99.0;
+    out.tumour_u95_mm = HasTumour(state) ? 99.0 : std::numeric_limits<double>::quiet_NaN();
     return out;
   }
   const std::size_t middle = residual_px.size() / 2;
@@ -102,7 +108,9 @@ Reliability AssessReliability(const RegistrationState& state, const CameraModel&
     out.reason = "features cover too little of the organ";
   else
     out.reason = "the model does not fit the image";
-  out.tumour_u95_mm = 1.96 * std::hypot(residual_mm[middle], kDepthShare * motion);
+  out.tumour_u95_mm = HasTumour(state)
+                          ? 1.96 * std::hypot(residual_mm[middle], kDepthShare * motion)
+                          : std::numeric_limits<double>::quiet_NaN();
   return out;
 }
 

@@ -15,7 +15,7 @@ struct Reliability {
   GateState state = GateState::Off;
   double score = 0.0;          ///< 0..1, the smallest of the parts below
   std::string reason;          ///< in words; "ok" when green
-  double tumour_u95_mm = 0.0;  ///< 95 % radius of the tumour's position
+  double tumour_u95_mm = 0.0;  ///< 95 % radius of the tumour's position; NaN without a tumour
   double inliers =
       0.0;  ///< tracked features that agree with the model, of those tracked at the start
   double coverage = 0.0;  ///< area of the initial feature cloud still covered by tracked features

@@ -11,11 +11,15 @@ namespace {
 
 constexpr int kCoarse =
     4;  // the mask that tells outer outline from inner folds is this much smaller
+constexpr double kLongestMove_mm = 2.5;
+constexpr double kBlind_mm = 6.0;     // around a place where the rest outline is not seen
+constexpr double kBlindOff_px = 5.0;  // seen farther off than this at rest: not the organ's outline
+
 constexpr double kOutside_px = 6.0;  // a step outwards from the outer outline leaves the model
 
 }  // namespace
 
-BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh) {
+BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) {
   BoundaryTopology out;
   std::vector<Index> tet_of_face;
   out.triangles = BoundaryFaces(mesh.tets, &tet_of_face);
@@ -39,7 +43,25 @@ BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh) {
     out.edges.push_back({sides[i].a, sides[i].b});
     out.beside.push_back({sides[i].triangle, sides[i + 1].triangle});
   }
+  out.blind.assign(mesh.VertexCount(), 0);
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    for (Index i = 0; i < blind.rows() && out.tet_of_vertex[v] >= 0 && !out.blind[v]; ++i)
+      out.blind[v] = (mesh.rest.row(v) - blind.row(i)).squaredNorm() < kBlind_mm * kBlind_mm;
   return out;
+}
+
+Points BlindOutline(const SilhouetteTargets& at_rest, const TetMesh& mesh,
+                    const CameraModel& camera) {
+  const Points model = at_rest.at.Positions(mesh.rest, mesh.tets);
+  Points blind(model.rows(), 3);
+  Index count = 0;
+  for (Index i = 0; i < model.rows(); ++i) {
+    const double off_px = (at_rest.targets.row(i) - model.row(i)).norm() * camera.fx /
+                          camera.Depth(model.row(i).transpose());
+    if (off_px > kBlindOff_px) blind.row(count++) = model.row(i);
+  }
+  blind.conservativeResize(count, 3);
+  return blind;
 }
 
 SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
@@ -77,7 +99,7 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
   for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
     if (front[boundary.beside[e][0]] == front[boundary.beside[e][1]]) continue;
     const auto [va, vb] = boundary.edges[e];
-    if (used[va]) continue;
+    if (used[va] || boundary.blind[va]) continue;
     const Vec3 world = positions.row(va).transpose();
     const Vec2 a = camera.Project(world), b = camera.Project(positions.row(vb).transpose());
     if (!a.allFinite() || !b.allFinite() || (b - a).norm() < 0.5) continue;
@@ -120,7 +142,10 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
     if (sure < 0.7) continue;
     const double step = best_step - 0.5;  // between the last organ and the first background pixel
     vertices.push_back(va);
-    targets.push_back(camera.PointAtDepth(a + step * normal, camera.Depth(world)));
+    // A far outline draws steadily instead of being taken for an outlier.
+    Vec3 move = camera.PointAtDepth(a + step * normal, camera.Depth(world)) - world;
+    if (move.norm() > kLongestMove_mm) move *= kLongestMove_mm / move.norm();
+    targets.push_back(world + move);
     confidence.push_back(sure);
   }
   const Index n = static_cast<Index>(vertices.size());

@@ -16,9 +16,12 @@ struct BoundaryTopology {
   Triangles triangles;                       ///< in mesh vertices, outwards
   std::vector<std::array<Index, 2>> edges;   ///< mesh vertices
   std::vector<std::array<Index, 2>> beside;  ///< the two triangles at each edge
-  std::vector<Index> tet_of_vertex;          ///< a tetrahedron at each boundary vertex, −1 inside
+  std::vector<char> blind;           ///< per mesh vertex: what hides the organ there hid it at rest
+  std::vector<Index> tet_of_vertex;  ///< a tetrahedron at each boundary vertex, −1 inside
 };
-BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh);
+/// @param blind rest positions beside which the outline is not to be believed (N×3, mm; may be
+/// empty)
+BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind);
 
 /// Where the organ's outline is in the image, for points on the model's outline.
 struct SilhouetteTargets {
@@ -34,5 +37,10 @@ struct SilhouetteTargets {
 SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
                                  const Points& positions, const CameraModel& camera,
                                  const Image& organ_mask, int reach_px);
+
+/// Places of the rest outline that the registered image does not show where the model has them:
+/// something (a clamp, other tissue) hides the organ there. @return M×3 rest positions, mm
+Points BlindOutline(const SilhouetteTargets& at_rest, const TetMesh& mesh,
+                    const CameraModel& camera);
 
 }  // namespace kerf

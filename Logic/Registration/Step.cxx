@@ -4,6 +4,7 @@
 #include "Registration/JumpDetection.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
+#include "Registration/Untangle.h"
 
 namespace kerf {
 namespace {
@@ -57,8 +58,8 @@ void AddSilhouette(const SilhouetteTargets& found, const CameraModel& camera,
   springs->targets.conservativeResize(n + m, 3);
   springs->targets.bottomRows(m) = found.targets;
   springs->stiffness.conservativeResize(n + m);
-  springs->stiffness.tail(m) =
-      options.silhouette_factor * options.SpringStiffness_g_s2() * found.confidence;
+  springs->stiffness.tail(m) = options.silhouette_factor * options.SpringStiffness_g_s2() *
+                               std::min(1.0, double(n) / std::max<Index>(1, m)) * found.confidence;
   springs->directions.conservativeResize(n + m, 3);
   springs->directions.bottomRows(m) =
       (found.targets.rowwise() - camera.Center().transpose()).rowwise().normalized();
@@ -111,7 +112,15 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
         (camera.camera_from_world * Vec3(state.bound.rest.row(i).transpose())).transpose();
   state.evidence = BeginEvidence(rest_camera, state.bound.on_surface);
   state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
-  state.boundary = MakeBoundaryTopology(state.mesh);
+  state.blind_outline.resize(0, 3);
+  state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
+  if (options.silhouette_factor > 0.0 && engine.segmenter && first.image) {
+    const SilhouetteTargets seen =
+        FindSilhouette(state.boundary, state.mesh, state.positions, camera,
+                       engine.segmenter->Segment(first, mask), options.silhouette_reach_px);
+    state.blind_outline = BlindOutline(seen, state.mesh, camera);
+    state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
+  }
   engine.solver.Reset(state.mesh, options.material);
   return state;
 }
@@ -147,6 +156,7 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     report.solve = engine.solver.Solve(springs, {}, options.solve,  // [7] minimize Eq. (5)
                                        &state->positions, &state->velocities);
   }
+  report.untangled = Untangle(state->mesh, &state->positions);
   engine.tracker.Predict(ProjectedFeatures(*state, camera));
   return report;  // [8] the module draws
 }

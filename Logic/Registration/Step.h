@@ -44,6 +44,7 @@ struct StepReport {
   SolveReport solve;
   double divergence_mean_mm = 0.0;  ///< μ_∅ of the last iteration
   int outliers = 0;
+  int untangled = 0;  ///< vertices moved to keep elements well-shaped (Untangle.h)
   std::vector<CutEvent> cuts;
 };
 

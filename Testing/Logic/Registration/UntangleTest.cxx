@@ -1,0 +1,33 @@
+#include <gtest/gtest.h>
+
+#include "Registration/Untangle.h"
+#include "Support/TestMeshes.h"
+
+namespace kerf {
+namespace {
+
+TEST(Untangle, LeavesAHealthyMeshAlone) {
+  const TetMesh mesh = testing::BoxMesh(Vec3(20, 15, 15), 4, 3, 3);
+  Points positions = mesh.rest * 1.2;
+  const Points before = positions;
+  EXPECT_EQ(Untangle(mesh, &positions), 0);
+  EXPECT_EQ(positions, before);
+}
+
+TEST(Untangle, MakesInvertedElementsPositiveAndMovesOnlyTheirNeighbourhood) {
+  const TetMesh mesh = testing::BoxMesh(Vec3(24, 20, 20), 6, 5, 5);
+  Points positions = mesh.rest;
+  const Index vertex = mesh.VertexCount() / 2;
+  positions.row(vertex) += Eigen::RowVector3d(7.0, 2.0, -1.0);  // through its neighbours
+  ASSERT_GT(MeasureQuality(mesh, positions).inverted, 0);
+  EXPECT_GT(Untangle(mesh, &positions), 0);
+  const MeshQuality quality = MeasureQuality(mesh, positions);
+  EXPECT_EQ(quality.inverted, 0);
+  EXPECT_GE(quality.smallest_dihedral_deg, 0.5);
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    if ((mesh.rest.row(v) - mesh.rest.row(vertex)).norm() > 16.0)
+      EXPECT_EQ(positions.row(v), mesh.rest.row(v));
+}
+
+}  // namespace
+}  // namespace kerf
