@@ -7,12 +7,13 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kMemory = 25;      // frames before a proportion is learned: one second
-constexpr double kLeastMotion_mm = 0.3;  // below it the proportion is noise
+constexpr double kLeastMotion_mm = 0.1;  // below it the proportion is noise
 constexpr double kMargin = 1.5;          // on the learned proportion
 constexpr double kLeastExcess_mm = 0.8;
 constexpr double kNoiseFactor = 5.0;  // excess over the measurement's own noise
+constexpr double kNoiseJump = 3.0;    // jumps up to so many σ teach nothing
 constexpr int kStreak = 2;
-constexpr double kSolitary = 0.7;
+constexpr double kSolitary = 0.65;
 
 }  // namespace
 
@@ -30,7 +31,13 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   const FeatureTriangulation& t = evidence->triangulation;
   const Index edges = static_cast<Index>(t.edges.size());
   const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
-  const double least = std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm);
+  const auto noise = [&](Index e) {  // what noise alone makes of this pair
+    return kNoiseJump * jumps.noise_mm * std::max(1.0, t.length_mm[e] / t.spacing_mm);
+  };
+  const auto least = [&](Index e) {  // the error of extrapolating a fit grows with the distance
+    const double spacings = std::max(1.0, t.length_mm[e] / t.spacing_mm);
+    return std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm * spacings);
+  };
   Eigen::VectorXd excess = Eigen::VectorXd::Constant(edges, -1.0);
   std::vector<int> seen(t.rest.rows(), 0), parted(t.rest.rows(), 0);
   for (Index e = 0; e < edges; ++e) {
@@ -40,8 +47,9 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
     const Vec2 now = (current.row(m) - current.row(l)).transpose();
     const bool opens = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
     excess[e] = over;
+    if (!jumps.witness[e]) continue;
     for (Index i : {l, m}) ++seen[i];
-    if (over > least)
+    if (over > least(e))
       for (Index i : {l, m}) ++parted[i];
     if (!opens) excess[e] = std::min(over, 0.0);
   }
@@ -52,10 +60,10 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   std::vector<PartingEdge> parting;
   for (Index e = 0; e < edges; ++e) {
     const auto [l, m] = t.edges[e];
-    const bool parts = excess[e] > least && !solitary(l) && !solitary(m);
+    const bool parts = jumps.witness[e] && excess[e] > least(e) && !solitary(l) && !solitary(m);
     evidence->streak[e] = parts ? evidence->streak[e] + 1 : 0;
-    if (jumps.magnitude_mm[e] >= 0.0 && excess[e] <= least)
-      proportion[e] = jumps.magnitude_mm[e] / motion;
+    if (jumps.magnitude_mm[e] >= 0.0 && excess[e] <= least(e))
+      proportion[e] = std::max(0.0, jumps.magnitude_mm[e] - noise(e)) / motion;
     if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess[e]});
   }
   evidence->recent.push_back(proportion);

@@ -10,9 +10,11 @@ namespace {
 
 using Mat2 = Eigen::Matrix2d;
 
-constexpr int kNear = 12;
+constexpr int kNear = 12;             // neighbours that a local fit uses
+constexpr int kKnown = 40;            // neighbours that are kept, for when nearer ones are lost
+constexpr int kBetween = 0;           // seen features between two that are still neighbours
 constexpr double kFitScale_mm = 0.3;  // residual beyond which a neighbour belongs to another side
-constexpr double kLongest = 3.0;      // times the median: pairs across gaps of the feature cloud
+constexpr double kLongest = 6.0;      // times the median: pairs across gaps of the feature cloud
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -27,7 +29,8 @@ std::vector<double> Steepness(const Points& rest, const std::vector<std::vector<
   for (Index l = 0; l < rest.rows(); ++l) {
     Mat2 a = 1e-6 * Mat2::Identity();
     Vec2 b = Vec2::Zero();
-    for (Index m : near[l]) {
+    for (std::size_t k = 0; k < std::min<std::size_t>(kNear, near[l].size()); ++k) {
+      const Index m = near[l][k];
       const Vec2 d = (rest.row(m) - rest.row(l)).head<2>().transpose();
       a += d * d.transpose();
       b += d * (rest(m, 2) - rest(l, 2));
@@ -46,6 +49,7 @@ Mat2 LocalGradient(const FeatureTriangulation& t, const Pixels& displacement,
   int n = 0;
   double mean_square = 0.0;
   for (Index m : t.near[l]) {
+    if (n == kNear) break;
     if (!usable[m]) continue;
     dx[n] = (t.rest.row(m) - t.rest.row(l)).transpose();
     du[n] = (displacement.row(m) - displacement.row(l)).transpose();
@@ -132,7 +136,7 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     std::vector<std::pair<double, Index>> order;
     for (Index m : members)
       if (m != l) order.push_back({(t.rest.row(m) - t.rest.row(l)).squaredNorm(), m});
-    const std::size_t count = std::min<std::size_t>(kNear, order.size());
+    const std::size_t count = std::min<std::size_t>(kKnown, order.size());
     std::partial_sort(order.begin(), order.begin() + count, order.end());
     for (std::size_t k = 0; k < count; ++k) t.near[l].push_back(order[k].second);
   }
@@ -143,7 +147,7 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     for (int k = 0; k < 3; ++k) corner[k] = members[triangle[k]];
     for (int k = 0; k < 3; ++k)
       longest = std::max(longest, (t.rest.row(corner[k]) - t.rest.row(corner[(k + 1) % 3])).norm());
-    if (longest > kLongest * t.spacing_mm) continue;
+    if (longest > 3.0 * t.spacing_mm) continue;
     for (int k = 0; k < 3; ++k)
       t.fans[corner[k]].push_back({corner[(k + 1) % 3], corner[(k + 2) % 3]});
   }
@@ -160,6 +164,13 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     if (length > kLongest * t.spacing_mm || std::max(steep[l], steep[m]) > steepest) continue;
     t.edges.push_back({l, m});
     kept_length.push_back(length);
+    std::vector<Index> inside;
+    for (Index i : t.near[l]) {
+      const Vec2 a = (t.rest.row(l) - t.rest.row(i)).transpose();
+      const Vec2 b = (t.rest.row(m) - t.rest.row(i)).transpose();
+      if (i != m && a.dot(b) < 0.0) inside.push_back(i);
+    }
+    t.between.push_back(std::move(inside));
   }
   t.length_mm = Eigen::Map<Eigen::VectorXd>(kept_length.data(), kept_length.size());
   return t;
@@ -175,6 +186,7 @@ DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& curr
   DisplacementJumps out;
   out.jump_mm = Pixels::Zero(edges, 2);
   out.magnitude_mm = Eigen::VectorXd::Constant(edges, -1.0);
+  out.witness.assign(edges, 0);
   std::vector<double> magnitudes, motions;
   for (Index e = 0; e < edges; ++e) {
     const auto [l, m] = t.edges[e];
@@ -184,7 +196,12 @@ DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& curr
     const Vec2 jump = (displacement.row(m) - displacement.row(l)).transpose() - smooth;
     out.jump_mm.row(e) = jump.transpose();
     out.magnitude_mm[e] = jump.norm();
-    magnitudes.push_back(jump.norm());
+    int seen_between = 0;
+    for (Index i : t.between[e]) seen_between += usable[i];
+    out.witness[e] = seen_between <= kBetween;
+    const double spacings = t.length_mm[e] / t.spacing_mm;
+    if (!out.witness[e]) continue;
+    magnitudes.push_back(jump.norm() / std::max(1.0, spacings));
     motions.push_back(smooth.norm());
   }
   out.noise_mm = 1.4826 * Median(magnitudes);

@@ -14,8 +14,9 @@ struct FeatureTriangulation {
   Pixels rest;  ///< N×2, lateral, mm
   std::vector<std::array<Index, 2>>
       edges;  ///< neighbours (l < m) that are not too far apart and not on too steep surface
-  Eigen::VectorXd length_mm;             ///< of the edges
-  std::vector<std::vector<Index>> near;  ///< the 12 nearest features of each feature
+  Eigen::VectorXd length_mm;                ///< of the edges
+  std::vector<std::vector<Index>> between;  ///< per pair: the features inside the circle over it
+  std::vector<std::vector<Index>> near;     ///< the nearest features of each feature, in order
   std::vector<std::vector<std::array<Index, 2>>>
       fans;                 ///< the two other corners of each triangle at a feature
   double spacing_mm = 0.0;  ///< median edge length
@@ -38,8 +39,10 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
 struct DisplacementJumps {
   Pixels jump_mm;                ///< E×2, lateral; 0 where a feature is unusable
   Eigen::VectorXd magnitude_mm;  ///< E, −1 where a feature is unusable
-  double noise_mm = 0.0;         ///< robust σ of all magnitudes
-  double motion_mm = 0.0;        ///< robust scale of the smooth relative displacement of neighbours
+  std::vector<char> witness;  ///< E, hardly any seen feature lies between the two: they are next to
+                              ///< each other now
+  double noise_mm = 0.0;      ///< robust σ of all magnitudes
+  double motion_mm = 0.0;     ///< robust scale of the smooth relative displacement of neighbours
 };
 
 /// @param current N×2 lateral positions now, mm (pixels back-projected to the rest depth)

@@ -16,11 +16,11 @@ constexpr double kReachSpacings = 2.5;  // an end nearer than this to the organ'
 constexpr double kOver_mm = 6.0;        // and this far beyond
 constexpr double kSameCut_mm = 12.0;    // evidence nearer than this to a cut belongs to it
 
-/// Enough to begin a cut: five parting pairs, or three that part widely.
+/// Enough to begin a cut: three parting pairs, or two that part widely.
 bool Convincing(const std::vector<PartingEdge>& parting, const std::vector<Index>& group) {
   int wide = 0;
   for (Index i : group) wide += parting[i].excess_mm > 1.2;
-  return group.size() >= 5 || wide >= 3;
+  return group.size() >= 3 || wide >= 2;
 }
 
 /// The lateral plane seen from the organ: parallel rays along the optical axis.
