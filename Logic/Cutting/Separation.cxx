@@ -272,6 +272,7 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     const int piece_count = pieces.Count();
     const std::vector<char> chip =
         piece_count > 1 ? Chips(opening.patch, &pieces) : std::vector<char>(patch->tets.size(), 0);
+    bool closed = false;
     for (OpenFace& face : faces) {
       if (!face.open) continue;
       if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) face.open = false;
@@ -279,7 +280,9 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
         face.open = false;
         any = true;
       }
+      closed |= !face.open;
     }
+    if (any && !closed) return report;  // no face left whose closing could mend it: nothing is opened
     if (any) continue;
     for (const OpenFace& face : faces) {
       if (!face.open) continue;
