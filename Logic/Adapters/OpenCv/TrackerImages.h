@@ -28,7 +28,8 @@ class TrackerImages {
   const cv::Mat& Smooth() const { return smooth_; }  ///< 32-bit float, slightly blurred, in the box
   /// 8-bit: highlights and instruments, in the box.
   const cv::Mat& Excluded() const { return excluded_; }
-  /// The same mask for a patch, or none where nothing is excluded within this radius of a place in the box.
+  /// The same mask for a patch, or none where nothing is excluded within this radius of a place in
+  /// the box.
   const cv::Mat& ExcludedNear(const Eigen::Vector2f& place, float radius_px) const;
   const std::vector<cv::Mat>& Pyramid() const { return pyramid_; }
   /// Inside the image (not merely the box) with this margin. @param pixel full image px
