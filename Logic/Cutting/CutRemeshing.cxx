@@ -12,6 +12,7 @@ namespace {
 constexpr double kOnS = 1e-6;  // of the edge length: lies on S already
 constexpr double kBentShare =
     0.2;  // an edge that starts on S is cut again only this far from its ends
+constexpr double kGrazing = 0.02;  // of the edge length
 constexpr double kTangentAngle_deg = 35;  // boundary faces that S grazes
 
 double CosOf(double angle_deg) { return std::cos(angle_deg * M_PI / 180); }
@@ -118,6 +119,12 @@ double CrossingToSplit(const SurfaceIndex& surface, const CutPatch& patch, int a
   if ((va.on && vb.on) || (va.frozen && vb.frozen)) return -1;
   std::vector<double> hits;
   surface.Crossings(va.rest, vb.rest, &hits);
+  if (!hits.empty() && va.on != vb.on) {
+    // S that starts on one end and grazes the other winds about the edge: each cut would leave
+    // another such edge behind.
+    const double grazing_mm = kGrazing * (va.rest - vb.rest).norm();
+    if (surface.Closest((va.on ? vb : va).rest, grazing_mm).triangle >= 0) return -1;
+  }
   double best = -1;
   for (double t : hits) {
     if ((va.on && t < kBentShare) || (vb.on && t > 1 - kBentShare)) continue;
@@ -239,7 +246,7 @@ Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
   return moved;
 }
 
-Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
+bool SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
   struct Job {
     double length;
     int a, b;
@@ -255,9 +262,9 @@ Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
                  std::max(a, b)});
   };
   for (const CrossedEdge& e : EdgesCutThrough(surface, *patch)) add(e.a, e.b);
-  Index made = 0;
-  const std::size_t limit = 8 * patch->vertices.size() + 64;
-  while (!jobs.empty() && patch->vertices.size() < limit) {
+  const std::size_t limit = 4 * patch->vertices.size() + 64;
+  while (!jobs.empty()) {
+    if (patch->vertices.size() >= limit) return false;
     const Job job = jobs.top();
     jobs.pop();
     if (patch->Around(job.a, job.b).empty()) continue;
@@ -266,11 +273,10 @@ Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
     const Vec3 at = (1 - t) * patch->vertices[job.a].rest + t * patch->vertices[job.b].rest;
     const int m = patch->SplitEdge(job.a, job.b, at);
     patch->vertices[m].on = true;
-    ++made;
     for (int w : patch->Neighbors(m))
       if (!patch->vertices[w].on) add(m, w);
   }
-  return made;
+  return true;
 }
 
 void ImprovePatch(const SurfaceIndex& surface, const RemeshingOptions& options,

@@ -23,8 +23,9 @@ struct RemeshingOptions {
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
                    const CutPatch& before, CutPatch* patch);
 
-/// Bisects every edge that S still crosses.
-Index SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch);
+/// Bisects every edge that S still crosses. False: given up half-way, after the patch had grown
+/// several times over; throw it away.
+[[nodiscard]] bool SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch);
 
 /// Moves vertices around tetrahedra below the goal: vertices on S within S, boundary vertices on
 /// the boundary.

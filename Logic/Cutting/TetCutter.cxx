@@ -141,15 +141,19 @@ struct Attempt {
   Index snapped = 0;
   double angle_deg = 0;           ///< smallest at rest among changed tetrahedra
   double angle_current_deg = 90;  ///< as deformed
+  bool given_up = false;          ///< no end to the edges that S crosses
 };
 
 Attempt Try(const CutPatch& before, const SurfaceIndex& surface, const RemeshingOptions& options,
             bool snapping) {
-  Attempt attempt{before, {}, 0, 180, 180};
+  Attempt attempt{before, {}, 0, 180, 180, false};
   RemeshingOptions used = options;
   if (!snapping) used.snap_fraction = used.accept_fraction = 0;
   attempt.snapped = SnapVertices(surface, used, before, &attempt.patch);
-  SplitCrossedEdges(surface, &attempt.patch);
+  if (!SplitCrossedEdges(surface, &attempt.patch)) {
+    attempt.given_up = true;
+    return attempt;
+  }
   if (snapping) ImprovePatch(surface, used, before, &attempt.patch);
   attempt.separation = OpenFacesOnS(surface, &attempt.patch);
   const CutPatch& patch = attempt.patch;
@@ -361,6 +365,10 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options_.snap_fraction;
     Attempt attempt = Try(before, index, remeshing, options_.snapping);
+    if (attempt.given_up) {
+      separates = true;
+      continue;
+    }
     if (attempt.separation.faces.empty()) {
       if (++idle == 2 && !separates) break;  // S only touches the organ
       continue;
