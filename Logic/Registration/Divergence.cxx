@@ -1,6 +1,7 @@
 #include "Registration/Divergence.h"
 
 #include <algorithm>
+#include <map>
 #include <stdexcept>
 
 namespace kerf {
@@ -42,12 +43,39 @@ Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floo
   return out;
 }
 
+std::vector<Index> LargestRegion(const Outliers& outliers, const NeighborGraph& neighbors) {
+  // Regions by shared features: union–find over the features of the outliers.
+  std::map<Index, Index> root;
+  const auto find = [&](Index feature) {
+    Index at = root.emplace(feature, feature).first->second;
+    while (root[at] != at) at = root[at];
+    root[feature] = at;
+    return at;
+  };
+  for (Index e : outliers.pairs) {
+    const Index a = find(neighbors.pairs[e][0]), b = find(neighbors.pairs[e][1]);
+    root[std::max(a, b)] = std::min(a, b);
+  }
+  std::map<Index, Index> size;
+  for (Index e : outliers.pairs) ++size[find(neighbors.pairs[e][0])];
+  Index largest = -1;
+  for (Index e : outliers.pairs) {  // of equals the one with the greatest divergence
+    const Index region = find(neighbors.pairs[e][0]);
+    if (largest < 0 || size[region] > size[largest]) largest = region;
+  }
+  std::vector<Index> region;
+  for (Index e : outliers.pairs)
+    if (find(neighbors.pairs[e][0]) == largest) region.push_back(e);
+  return region;
+}
+
 std::optional<Vec3> CutPoint(const Outliers& outliers, const Eigen::VectorXd& divergence,
                              const NeighborGraph& neighbors, const Points& rest, int n) {
-  if (static_cast<int>(outliers.pairs.size()) <= n) return std::nullopt;
+  const std::vector<Index> region = LargestRegion(outliers, neighbors);
+  if (static_cast<int>(region.size()) <= n) return std::nullopt;
   Vec3 sum = Vec3::Zero();
   double weight = 0.0;
-  for (Index e : outliers.pairs) {
+  for (Index e : region) {
     const auto [l, m] = neighbors.pairs[e];
     sum += divergence[e] * 0.5 * (rest.row(l) + rest.row(m)).transpose();
     weight += divergence[e];

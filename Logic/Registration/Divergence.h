@@ -25,8 +25,13 @@ struct Outliers {
 };
 Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floor_mm);
 
-/// "As soon as the number of outliers exceeds n": barycentre of the outliers' centres at rest,
-/// weighted with μ.
+/// The outliers that hang together by shared features, the most numerous such region. The paper's
+/// outliers "lie in a region where a cut or tear is likely to occur", and a barycentre only means
+/// something within one: a few pairs at each end of a stretched organ are no cut in its middle.
+std::vector<Index> LargestRegion(const Outliers& outliers, const NeighborGraph& neighbors);
+
+/// "As soon as the number of outliers exceeds a given threshold n" (in one region): barycentre of
+/// the region's pairs' centres at rest, weighted with μ.
 std::optional<Vec3> CutPoint(const Outliers& outliers, const Eigen::VectorXd& divergence,
                              const NeighborGraph& neighbors, const Points& rest, int n);
 

@@ -111,6 +111,28 @@ TEST(Outliers, AnOpeningGapIsFoundWhereItIs) {
   EXPECT_FALSE(CutPoint(out, mu, graph, p, static_cast<int>(out.pairs.size())));
 }
 
+// A few diverging pairs at each end of an organ are two regions: neither is enough for a cut, and
+// nothing lies in the middle between them. Once one region has enough of them the point lies there.
+TEST(Outliers, RegionsApartDoNotAddUpToACut) {
+  const Points p = Grid(20, 8);
+  const NeighborGraph graph = BuildNeighborGraph(p, 6.0);
+  Points targets = p;
+  const auto pull = [&](Index i, double by_mm) { targets(i, 1) += by_mm; };
+  pull(3, 6.0);             // one feature at the near end
+  pull(p.rows() - 4, 6.0);  // one at the far end
+  Eigen::VectorXd mu = Divergence(graph, p, targets, All(p));
+  Outliers out = FindOutliers(mu, 8.0, 0.5);
+  const int both = static_cast<int>(out.pairs.size());
+  const int one = static_cast<int>(LargestRegion(out, graph).size());
+  ASSERT_GT(both, one);
+  EXPECT_FALSE(CutPoint(out, mu, graph, p, one));
+  const auto point = CutPoint(out, mu, graph, p, one - 1);
+  ASSERT_TRUE(point);
+  const double near = (*point - p.row(3).transpose()).norm();
+  const double far = (*point - p.row(p.rows() - 4).transpose()).norm();
+  EXPECT_LT(std::min(near, far), 6.0);
+}
+
 TEST(CutPolygon, GrowsAtItsNearestEndAndReachesAhead) {
   CutPolygon polygon;
   EXPECT_FALSE(polygon.Insert({0, 0, 0}, 7.0));
