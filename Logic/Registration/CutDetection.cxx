@@ -12,6 +12,7 @@ MeasuredDivergence MeasureDivergence(const RegistrationState& state, const Point
   MeasuredDivergence out;
   out.mu = Divergence(state.neighbors, current, targets, usable);
   out.outliers = FindOutliers(out.mu, options.tau, options.noise_floor_mm);
+  KeepOpposed(state.neighbors, current, targets, &out.outliers);
   return out;
 }
 
@@ -33,6 +34,7 @@ std::vector<CutEvent> DetectCut(const MeasuredDivergence& divergence, const Came
     state->cuts.emplace_back();
     state->cuts.back().detected_frame = state->frame;
     state->cuts.back().confidence = 1.0;
+    state->cuts.back().held = options.hold_cuts;
     event.first = true;
   }
   ModelCut& cut = state->cuts.back();

@@ -43,6 +43,16 @@ Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floo
   return out;
 }
 
+void KeepOpposed(const NeighborGraph& neighbors, const Points& current, const Points& targets,
+                 Outliers* outliers) {
+  const auto alike = [&](Index e) {
+    const auto [l, m] = neighbors.pairs[e];
+    return (current.row(l) - targets.row(l)).dot(current.row(m) - targets.row(m)) >= 0.0;
+  };
+  auto& pairs = outliers->pairs;
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), alike), pairs.end());
+}
+
 std::vector<Index> LargestRegion(const Outliers& outliers, const NeighborGraph& neighbors) {
   // Regions by shared features: union–find over the features of the outliers.
   std::map<Index, Index> root;

@@ -25,6 +25,13 @@ struct Outliers {
 };
 Outliers FindOutliers(const Eigen::VectorXd& divergence, double tau, double floor_mm);
 
+/// Leaves the outliers whose d_l and d_m point in different directions (d_l · d_m < 0), as the
+/// paper says of the two sides of a cut, which the uncut model holds back towards each other. Where
+/// an elastic model lags behind a stretch, at the ends of a band, d falls off steeply but points
+/// one way.
+void KeepOpposed(const NeighborGraph& neighbors, const Points& current, const Points& targets,
+                 Outliers* outliers);
+
 /// The outliers that hang together by shared features, the most numerous such region. The paper's
 /// outliers "lie in a region where a cut or tear is likely to occur", and a barycentre only means
 /// something within one: a few pairs at each end of a stretched organ are no cut in its middle.

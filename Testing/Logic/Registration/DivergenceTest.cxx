@@ -111,6 +111,25 @@ TEST(Outliers, AnOpeningGapIsFoundWhereItIs) {
   EXPECT_FALSE(CutPoint(out, mu, graph, p, static_cast<int>(out.pairs.size())));
 }
 
+// A band pulled at one end by springs that give: the lag falls off from the end within a few
+// millimetres, all in one direction. No cut; the twin parts two ways and is one.
+TEST(Outliers, ALagThatFallsOffSteeplyIsNoCut) {
+  const Points p = Grid(20, 8);
+  const NeighborGraph graph = BuildNeighborGraph(p, 10.0);
+  Points lag = p, gap = p;
+  for (Index i = 0; i < p.rows(); ++i) {
+    lag(i, 0) += 3.0 * std::exp(-p(i, 0) / 3.0);
+    gap(i, 0) += (p(i, 0) > 38.0 ? 1.0 : -1.0) * 3.0 * std::exp(-std::abs(p(i, 0) - 38.0) / 3.0);
+  }
+  Outliers out = FindOutliers(Divergence(graph, p, lag, All(p)), 8.0, 0.5);
+  ASSERT_GT(out.pairs.size(), 8u);
+  KeepOpposed(graph, p, lag, &out);
+  EXPECT_TRUE(out.pairs.empty());
+  out = FindOutliers(Divergence(graph, p, gap, All(p)), 8.0, 0.5);
+  KeepOpposed(graph, p, gap, &out);
+  EXPECT_GT(out.pairs.size(), 8u);
+}
+
 // A few diverging pairs at each end of an organ are two regions: neither is enough for a cut, and
 // nothing lies in the middle between them. Once one region has enough of them the point lies there.
 TEST(Outliers, RegionsApartDoNotAddUpToACut) {
