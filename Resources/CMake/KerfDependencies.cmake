@@ -9,23 +9,14 @@ find_package(spdlog REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio video calib3d features2d)
 find_package(dlib REQUIRED)
+find_package(Qt5 5.15 REQUIRED COMPONENTS Core Gui Widgets Test)
 find_package(VTK 9.1 REQUIRED COMPONENTS
   CommonCore CommonDataModel CommonTransforms CommonExecutionModel CommonMath FiltersCore FiltersGeneral FiltersGeometry
   FiltersModeling FiltersSources FiltersVerdict ImagingCore ImagingGeneral ImagingHybrid ImagingStencil IOXML IOGeometry
   IOPLY IOImage IOExport IOLegacy InteractionStyle RenderingCore RenderingAnnotation RenderingFreeType RenderingImage
-  RenderingOpenGL2)
+  RenderingOpenGL2 GUISupportQt InteractionWidgets)
 find_package(ITK 5.2 REQUIRED COMPONENTS
   ITKCommon ITKIOImageBase ITKIOGDCM ITKGDCM ITKIONIFTI ITKIONRRD ITKIOMeta ITKSmoothing ITKRegionGrowing ITKLevelSets
   ITKWatersheds ITKConnectedComponents ITKDistanceMap ITKMathematicalMorphology ITKLabelMap ITKLabelVoting ITKThresholding
   ITKImageGradient ITKImageIntensity ITKFastMarching ITKAnisotropicSmoothing ITKImageGrid ITKBinaryMathematicalMorphology)
 find_package(CGAL 5.5 REQUIRED COMPONENTS ImageIO)
-find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
-find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
-add_library(kerf_cholmod INTERFACE)
-target_link_libraries(kerf_cholmod INTERFACE ${CHOLMOD_LIBRARY})
-target_include_directories(kerf_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
-
-# ITK 5.2 exports no modern targets: one interface library, so that no directory-wide USE_FILE leaks into other targets.
-add_library(kerf_itk INTERFACE)
-target_include_directories(kerf_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
-target_link_libraries(kerf_itk INTERFACE ${ITK_LIBRARIES})
