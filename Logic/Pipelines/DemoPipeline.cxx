@@ -8,6 +8,7 @@
 #include "Pipelines/EvaluatePipeline.h"
 #include "Pipelines/PhantomPipeline.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Pipelines/Report.h"
 
 namespace fs = std::filesystem;
 
@@ -49,6 +50,8 @@ DemoResult RunDemo(const std::string& output, Progress& progress) {
     PlanRequest request;
     request.input = (root / "study" / "ct.nii.gz").string();
     request.preset = "kidney";
+    request.camera_file = (root / "study" / "camera.yml").string();
+    request.landmarks_file = (root / "study" / "landmarks.csv").string();
     const PlannedCase planned = Plan(request, part);
     WriteCase(planned, demo.case_folder, {{"input", "phantom kidney-cut"}});
     demo.tetrahedra = planned.mesh.TetCount();
@@ -67,6 +70,10 @@ DemoResult RunDemo(const std::string& output, Progress& progress) {
     SubProgress part(progress, 0.9, 1.0);
     demo.scores = EvaluateAgainstTruth(demo.results, demo.study, part);
     WriteMetricsFile((root / "results" / "metrics.json").string(), &demo.scores, nullptr);
+    ReportData& report = *demo.replay.report;
+    report.study = "a synthetic kidney with a tumour";
+    report.scores = demo.scores;
+    WriteReport((root / "results" / "report.html").string(), report);
   }
   const fs::path overlay = root / "results" / "overlay.mp4";
   if (fs::exists(overlay)) demo.overlay = overlay.string();

@@ -1,20 +1,10 @@
 #include "Pipelines/PhantomFiles.h"
 
 #include <fmt/format.h>
-#include <vtkFieldData.h>
-#include <vtkFloatArray.h>
-#include <vtkIntArray.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
-#include <vtkSignedCharArray.h>
-#include <vtkStringArray.h>
-#include <vtkXMLPolyDataWriter.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "Adapters/Vtk/Conversions.h"
 #include "CaseIO/AtomicFile.h"
 #include "CaseIO/Space.h"
 #include "Core/Errors.h"
@@ -23,16 +13,6 @@ namespace kerf {
 namespace {
 
 using Json = nlohmann::json;
-
-template <typename Array, typename Value>
-void AddArray(vtkPolyData* data, const std::string& name, const std::vector<Value>& values) {
-  vtkNew<Array> array;
-  array->SetName(name.c_str());
-  array->SetNumberOfValues(static_cast<vtkIdType>(values.size()));
-  for (std::size_t i = 0; i < values.size(); ++i)
-    array->SetValue(static_cast<vtkIdType>(i), values[i]);
-  data->GetPointData()->AddArray(array);
-}
 
 void WriteText(const std::string& path, const std::string& text) {
   AtomicFile file(path);
@@ -84,26 +64,6 @@ Json Extent(const SurfaceMesh& surface) {
 }
 
 }  // namespace
-
-void WriteStudySurface(const std::string& path, const SurfaceMesh& surface,
-                       const std::vector<PointArray>& arrays) {
-  const vtkSmartPointer<vtkPolyData> data =
-      ToVtk(SurfaceMesh{FlipSpace(surface.points), surface.triangles});
-  vtkNew<vtkStringArray> space;
-  space->SetName(kSpaceArray);
-  space->InsertNextValue("RAS");
-  data->GetFieldData()->RemoveArray(kSpaceArray);
-  data->GetFieldData()->AddArray(space);
-  for (const PointArray& array : arrays) {
-    if (!array.small.empty()) AddArray<vtkSignedCharArray>(data, array.name, array.small);
-    if (!array.index.empty()) AddArray<vtkIntArray>(data, array.name, array.index);
-    if (!array.real.empty()) AddArray<vtkFloatArray>(data, array.name, array.real);
-  }
-  vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetInputData(data);
-  writer->SetFileName(path.c_str());
-  if (writer->Write() == 0) throw InputError(path, "", "cannot be written");
-}
 
 void WriteStudyCamera(const std::string& path, const CameraModel& camera,
                       const std::string& comment) {

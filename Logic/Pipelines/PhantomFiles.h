@@ -2,24 +2,10 @@
 // Private to Pipelines: the files of a phantom study in the studies' own frame (RAS).
 
 #include <string>
-#include <vector>
 
-#include "Core/SurfaceMesh.h"
 #include "Phantom/PhantomTracks.h"
 
 namespace kerf {
-
-/// Integer or real array per point of a surface file.
-struct PointArray {
-  std::string name;
-  std::vector<std::int8_t> small;
-  std::vector<Index> index;
-  std::vector<float> real;
-};
-
-/// .vtp in RAS with SPACE = RAS; `surface` is LPS.
-void WriteStudySurface(const std::string& path, const SurfaceMesh& surface,
-                       const std::vector<PointArray>& arrays = {});
 
 /// camera.yml with T_cam_from_ct (RAS). @param comment one line
 void WriteStudyCamera(const std::string& path, const CameraModel& camera,

@@ -153,29 +153,30 @@ void WriteTrueSurfaces(const FolderInTheMaking& folder, const PhantomSetup& setu
     return folder / fmt::format("truth/frame_{:05d}_{}", frame, what);
   };
   const PhantomSurfaceAtFrame organ = OrganAtFrame(anatomy, motion, frame);
-  WriteStudySurface(name("organ.vtp"), InWorld(organ.mesh, setup), {{"pid", {}, organ.pid, {}}});
+  WriteSurfaceWithArrays(InWorld(organ.mesh, setup), name("organ.vtp"), Space::RAS,
+                         {{"pid", organ.pid}});
   if (!anatomy.internal.Empty())
-    WriteStudySurface(name("internal.vtp"),
-                      InWorld(StructureAtFrame(anatomy.internal, motion, frame), setup));
+    WriteSurface(InWorld(StructureAtFrame(anatomy.internal, motion, frame), setup),
+                 name("internal.vtp"), Space::RAS);
   if (!anatomy.tumour.Empty())
-    WriteStudySurface(name("tumour.vtp"),
-                      InWorld(StructureAtFrame(anatomy.tumour, motion, frame), setup));
+    WriteSurface(InWorld(StructureAtFrame(anatomy.tumour, motion, frame), setup),
+                 name("tumour.vtp"), Space::RAS);
   WritePng(name("mask.png"), mask);
 }
 
 void WriteRest(const FolderInTheMaking& folder, const PhantomSetup& setup,
                const PhantomAnatomy& anatomy, const PhantomMotion& motion) {
-  WriteStudySurface(folder / "truth/rest_organ.vtp", InWorld(anatomy.organ, setup),
-                    {{"cut", anatomy.organ_cut, {}, {}}, {"region", anatomy.organ_region, {}, {}}});
+  WriteSurfaceWithArrays(InWorld(anatomy.organ, setup), folder / "truth/rest_organ.vtp", Space::RAS,
+                         {{"cut", anatomy.organ_cut}, {"region", anatomy.organ_region}});
   if (!anatomy.internal.Empty())
-    WriteStudySurface(folder / "truth/rest_internal.vtp", InWorld(anatomy.internal, setup));
+    WriteSurface(InWorld(anatomy.internal, setup), folder / "truth/rest_internal.vtp", Space::RAS);
   if (!anatomy.tumour.Empty())
-    WriteStudySurface(folder / "truth/rest_tumour.vtp", InWorld(anatomy.tumour, setup));
+    WriteSurface(InWorld(anatomy.tumour, setup), folder / "truth/rest_tumour.vtp", Space::RAS);
   if (setup.motion.has_cut) {
     std::vector<float> depth;
     const SurfaceMesh sheet = OpenedSheet(anatomy, motion, setup.frame_count - 1, &depth);
-    WriteStudySurface(folder / "truth/cut0_surface_rest.vtp", InWorld(sheet, setup),
-                      {{"depth", {}, {}, depth}});
+    WriteSurfaceWithArrays(InWorld(sheet, setup), folder / "truth/cut0_surface_rest.vtp",
+                           Space::RAS, {{"depth", depth}});
   }
   WriteTrueCuts(folder / "truth/cuts.json", setup, motion);
   WriteStudyCamera(folder / "camera.yml", setup.camera,

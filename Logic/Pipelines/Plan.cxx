@@ -3,6 +3,7 @@
 
 #include "Adapters/Itk/Segmentation.h"
 #include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/CaseFolder.h"
 #include "CaseIO/ResultsFiles.h"
@@ -93,6 +94,13 @@ PlannedCase Plan(const PlanRequest& request, Progress& progress) {
   const std::string extension = FileExtension(request.input);
   const bool surface = !folder && IsSurfaceExtension(extension);
   RequireUsable(request, surface);
+  // What is quickly read and may be wrong comes before the minutes of work.
+  std::optional<CameraModel> camera;
+  if (!request.camera_file.empty())
+    camera = CameraFileHasPose(request.camera_file) ? ReadCameraFile(request.camera_file)
+                                                    : ReadCameraIntrinsics(request.camera_file);
+  std::vector<MarkupPoint> landmarks;
+  if (!request.landmarks_file.empty()) landmarks = ReadCaseLandmarks(request.landmarks_file);
   if (folder && !FolderFormat(request.input).empty())
     throw InputError(request.input, "case.json",
                      "this is a " + FolderFormat(request.input) +
@@ -119,6 +127,11 @@ PlannedCase Plan(const PlanRequest& request, Progress& progress) {
     planned = PlanFromLabels(labels, request.meshing, meshing);
     planned.ct = ct;
   }
+  planned.camera = camera;
+  planned.landmarks = std::move(landmarks);
+  if (!request.seeds_file.empty())
+    for (const MarkupList& list : ReadMarkups(request.seeds_file))
+      planned.seeds.insert(planned.seeds.end(), list.points.begin(), list.points.end());
   planned.provenance["input_sha256"] = Sha256OfInput(request.input);
   if (!request.labels_file.empty())
     planned.provenance["labels_sha256"] = Sha256OfFile(request.labels_file);

@@ -9,12 +9,15 @@
 
 #include "Adapters/Itk/Segmentation.h"
 #include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Vtk/Conversions.h"
 #include "Adapters/Vtk/LabelSurface.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "Adapters/Vtk/vtkKerfLabelMapToTetraGrid.h"
 #include "CaseIO/CaseFolder.h"
 #include "CaseIO/ResultsFiles.h"
+#include "CaseIO/StudyFolder.h"
+#include "Core/Errors.h"
 
 namespace kerf {
 namespace {
@@ -113,6 +116,12 @@ void WriteCase(const PlannedCase& planned, const std::string& folder,
   if (planned.labels)
     WriteSegmentation(writer.Stage("segmentation.seg.nrrd", "segmentation"), *planned.labels);
   if (planned.ct) WriteVolume(writer.Stage("ct.nrrd", "ct"), *planned.ct);
+  if (!planned.landmarks.empty())
+    WriteMarkups(writer.Stage("landmarks.mrk.json", "landmarks"),
+                 {{"Fiducial", planned.landmarks}});
+  if (!planned.seeds.empty())
+    WriteMarkups(writer.Stage("plan/seeds.mrk.json", "plan"), {{"Fiducial", planned.seeds}});
+  if (planned.camera) WriteCameraFile(writer.Stage("camera.yml", "camera"), *planned.camera);
   // From what was planned, not from whom: the same input has the same pseudonym.
   const auto input = manifest.provenance.find("input_sha256");
   manifest.pseudonym = PseudonymFromHash(
@@ -120,6 +129,19 @@ void WriteCase(const PlannedCase& planned, const std::string& folder,
                                          : Sha256OfText(std::to_string(planned.mesh.rest.sum()) +
                                                         std::to_string(planned.mesh.TetCount())));
   writer.Commit();
+}
+
+std::vector<MarkupPoint> ReadCaseLandmarks(const std::string& path) {
+  std::vector<MarkupPoint> points;
+  if (FileExtension(path) == "csv") {
+    for (const Landmark& landmark : ReadLandmarks(path))
+      points.push_back({"landmark-" + std::to_string(landmark.id), landmark.rest});
+  } else {
+    for (const MarkupList& list : ReadMarkups(path))
+      points.insert(points.end(), list.points.begin(), list.points.end());
+  }
+  if (points.empty()) throw InputError(path, "", "holds no landmark");
+  return points;
 }
 
 PlannedCase ReadCase(const std::string& folder) {
@@ -142,6 +164,8 @@ PlannedCase ReadCase(const std::string& folder) {
         std::max(planned.embedding.largest_distance_mm, report.largest_distance_mm);
     planned.structures.push_back(std::move(structure));
   }
+  if (opened.Has("landmarks")) planned.landmarks = ReadCaseLandmarks(opened.Path("landmarks"));
+  if (opened.Has("camera")) planned.camera = ReadCameraFile(opened.Path("camera"));
   return planned;
 }
 

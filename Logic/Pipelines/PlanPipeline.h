@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "CaseIO/Markups.h"
+#include "Core/Camera.h"
 #include "Core/Progress.h"
 #include "Core/Volume.h"
 #include "Cutting/CutStructure.h"
@@ -25,6 +27,9 @@ struct PlannedCase {
   EmbeddingReport embedding;  ///< over all structures
   /// Inputs (SHA-256, no names) and parameters, for the manifest.
   std::map<std::string, std::string> provenance;
+  std::optional<CameraModel> camera;   ///< calibration, and the pose where one is known
+  std::vector<MarkupPoint> landmarks;  ///< for the initial registration
+  std::vector<MarkupPoint> seeds;      ///< what the segmentation was told
 };
 
 /// Label map (1 organ, 2 tumour, 3 inner structure) → organ mesh, structure surfaces, embedding.
@@ -44,8 +49,12 @@ PlannedCase PlanFromSurface(const SurfaceMesh& surface, const std::string& file,
 void WriteCase(const PlannedCase& planned, const std::string& folder,
                const std::map<std::string, std::string>& provenance = {});
 
-/// Reads a case folder back (mesh, surface, structures and their embedding; labels and CT stay on
-/// disk).
+/// Landmarks for a case from a study's landmarks.csv or from Slicer markups (.mrk.json).
+/// @throws InputError
+std::vector<MarkupPoint> ReadCaseLandmarks(const std::string& path);
+
+/// Reads a case folder back (mesh, surface, structures and their embedding, landmarks, camera;
+/// labels and CT stay on disk).
 /// @throws InputError naming file and element
 PlannedCase ReadCase(const std::string& folder);
 
@@ -57,6 +66,8 @@ struct PlanRequest {
   std::string preset;       ///< "liver", "kidney" or empty
   std::string series_uid;   ///< which series of a DICOM folder; empty = the only or largest one
   MeshingOptions meshing;
+  std::string camera_file;     ///< camera.yml that goes into the case; empty = none
+  std::string landmarks_file;  ///< .csv of a study, or .mrk.json; empty = none
 };
 
 /// The whole job in memory: read, segment where no labels are given, mesh, embed.

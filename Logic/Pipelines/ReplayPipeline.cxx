@@ -52,7 +52,8 @@ void ApplySuggestions(const Study& study, const std::set<std::string>& given,
   if (study.extrusion_hint && !given.count("extrusion")) method->extrusion = study.extrusion_hint;
 }
 
-PlannedCase PlanStudy(const ReplayRequest& request, const Study& study, Progress& progress) {
+PlannedCase PlanStudy(const ReplayRequest& request, const Study& study, const CameraModel& camera,
+                      Progress& progress) {
   if (request.case_folder) return ReadCase(*request.case_folder);
   MeshingOptions meshing;
   if (request.tetrahedra) meshing.tetrahedra = *request.tetrahedra;
@@ -76,6 +77,8 @@ PlannedCase PlanStudy(const ReplayRequest& request, const Study& study, Progress
   } else {
     throw InputError(study.root, "ct.nii.gz", "no CT to segment");
   }
+  planned.camera = camera;
+  if (!study.landmarks.empty()) planned.landmarks = ReadCaseLandmarks(study.landmarks);
   WriteCase(planned, request.results + "/case",
             {{"input", std::filesystem::path(source).filename().string()},
              {"input_sha256", Sha256OfFile(source)}});
@@ -191,7 +194,7 @@ void Percentiles(std::vector<double> totals, ReplayResult* result) {
   result->p99_ms = totals[std::min(totals.size() - 1, totals.size() * 99 / 100)];
 }
 
-constexpr int kReportSnapshots = 3;  // at rest, in the middle, at the end
+constexpr int kReportSnapshots = 5;  // from rest to the end
 
 /// Frames whose overlay goes into the report, evenly from the first to the last.
 bool IsSnapshot(int frame, int frame_count) {
@@ -217,10 +220,10 @@ std::string Text(const JournalValue& value) {
   return std::visit(Visitor(), value.value);
 }
 
-void WriteReplayReport(const ReplayRequest& request, const Study& study,
-                       const ResultsWriter& results, const OverlayRecorder* recorder,
-                       const MeshQuality& planned, const RegistrationState& state,
-                       const ReplayResult& result) {
+ReportData ReplayReport(const ReplayRequest& request, const Study& study,
+                        const ResultsWriter& results, const OverlayRecorder* recorder,
+                        const MeshQuality& planned, const RegistrationState& state,
+                        const ReplayResult& result) {
   ReportData data;
   data.study = study.name;
   data.method = request.method.method == Method::Reference ? "reference" : "kerf";
@@ -237,7 +240,7 @@ void WriteReplayReport(const ReplayRequest& request, const Study& study,
   for (const auto& [name, value] : Parameters(request))
     data.parameters.push_back({name, Text(value)});
   data.versions = {{"kerf", KERF_VERSION}, {"instruction set", KERF_BASELINE}};
-  WriteReport(request.results + "/report.html", data);
+  return data;
 }
 
 }  // namespace
@@ -283,7 +286,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   }
 
   SubProgress planning(progress, 0.0, 0.2);
-  PlannedCase planned = PlanStudy(request, study, planning);
+  PlannedCase planned = PlanStudy(request, study, camera, planning);
 
   ResultsWriter results(request.results, camera, planned.organ_surface);
   Journal& journal = results.GetJournal();
@@ -361,7 +364,9 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
       last->time_s, last->frame, "end",
       {{"frames", result.frames}, {"cuts", result.cuts}, {"gate", ToString(result.final_gate)}});
   if (recorder) recorder->Finish();
-  WriteReplayReport(request, study, results, recorder.get(), planned_quality, state, result);
+  result.report = std::make_shared<ReportData>(
+      ReplayReport(request, study, results, recorder.get(), planned_quality, state, result));
+  WriteReport(request.results + "/report.html", *result.report);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -9,6 +10,8 @@
 #include "Registration/Reliability.h"
 
 namespace kerf {
+
+struct ReportData;
 
 /// `kerf replay`: the whole intraoperative job over a recorded study.
 struct ReplayRequest {
@@ -34,6 +37,9 @@ struct ReplayResult {
   std::optional<std::string>
       broken;  ///< the video broke in the middle: where and why; everything before it is kept
   double median_ms = 0.0, p99_ms = 0.0;  ///< of the pipeline without capture and rendering
+  /// What report.html was made of, pictures included: written again with the scores by those who
+  /// know the truth.
+  std::shared_ptr<ReportData> report;
 };
 
 /// Writes the results folder of DESIGN §3. Deterministic for every thread count.

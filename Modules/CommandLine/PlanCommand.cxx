@@ -65,6 +65,10 @@ void AddPlanCommand(CLI::App& app, CommandContext& context) {
                 "finished label map: 1 organ, 2 tumour, 3 inner structure");
   c->add_option("--series", request->series_uid,
                 "SeriesInstanceUID, where a DICOM folder holds several");
+  c->add_option("--camera", request->camera_file, "calibrated camera (camera.yml) for the case");
+  c->add_option("--landmarks", request->landmarks_file,
+                "landmarks for the initial registration, for the case: Slicer markups (.mrk.json) "
+                "or a study's landmarks.csv");
   c->add_option("--tetrahedra", request->meshing.tetrahedra, "wanted size of the organ mesh")
       ->check(CLI::Range(200, 1000000))
       ->capture_default_str();

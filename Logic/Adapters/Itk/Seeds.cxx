@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <cctype>
 
+#include "CaseIO/Markups.h"
 #include "Core/Errors.h"
 
 namespace kerf {
 namespace {
-
-using nlohmann::json;
 
 /// "Organ-1" → "organ"
 std::string KindWord(const std::string& label) {
@@ -36,51 +33,11 @@ SeedKind ParseKind(const std::string& label, const std::string& path, const std:
 }  // namespace
 
 std::vector<Seed> ReadSeeds(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw InputError(path, "", "cannot be opened");
-  json document;
-  try {
-    document = json::parse(in);
-  } catch (const json::parse_error& error) {
-    throw InputError(path, fmt::format("byte {}", error.byte), "is no JSON");
-  }
-  if (!document.is_object() || !document.contains("markups") || !document["markups"].is_array())
-    throw InputError(path, "markups", "missing: is it a Slicer markups file (.mrk.json)?");
   std::vector<Seed> seeds;
-  const json& lists = document["markups"];
-  for (std::size_t m = 0; m < lists.size(); ++m) {
-    const std::string list_name = fmt::format("markups[{}]", m);
-    if (!lists[m].is_object()) throw InputError(path, list_name, "is no object");
-    const json system = lists[m].value("coordinateSystem", json("LPS"));
-    // Older Slicer versions wrote numbers: 0 is RAS, 1 is LPS.
-    const std::string space = system.is_number()   ? (system.get<int>() == 0 ? "RAS" : "LPS")
-                              : system.is_string() ? system.get<std::string>()
-                                                   : std::string();
-    if (space != "LPS" && space != "RAS")
-      throw InputError(path, list_name + ".coordinateSystem", "must be LPS or RAS");
-    const json points = lists[m].value("controlPoints", json::array());
-    if (!points.is_array()) throw InputError(path, list_name + ".controlPoints", "is no list");
-    for (std::size_t p = 0; p < points.size(); ++p) {
-      const std::string element = fmt::format("{}.controlPoints[{}]", list_name, p);
-      const json& point = points[p];
-      if (!point.is_object()) throw InputError(path, element, "is no object");
-      if (point.value("positionStatus", json("defined")) == "undefined") continue;
-      const json label = point.value("label", json());
-      if (!label.is_string()) throw InputError(path, element + ".label", "missing");
-      const json position = point.value("position", json());
-      if (!position.is_array() || position.size() != 3)
-        throw InputError(path, element + ".position", "must be three numbers");
-      Seed seed;
-      for (int a = 0; a < 3; ++a) {
-        if (!position[a].is_number() || !std::isfinite(position[a].get<double>()))
-          throw InputError(path, element + ".position", "must be three numbers");
-        seed.position_mm[a] = position[a].get<double>() * (space == "RAS" && a < 2 ? -1 : 1);
-      }
-      seed.kind = ParseKind(label.get<std::string>(), path, element);
-      seed.id = fmt::format("{} ({})", element, label.get<std::string>());
-      seeds.push_back(seed);
-    }
-  }
+  for (const MarkupList& list : ReadMarkups(path))
+    for (const MarkupPoint& point : list.points)
+      seeds.push_back({ParseKind(point.label, path, point.element), point.position_mm,
+                       fmt::format("{} ({})", point.element, point.label)});
   if (seeds.empty()) throw InputError(path, "controlPoints", "no seed in the file");
   return seeds;
 }

@@ -152,6 +152,11 @@ CameraModel ReadCameraFile(const std::string& path) {
   return camera;
 }
 
+bool CameraFileHasPose(const std::string& path) {
+  const cv::FileStorage storage = OpenStorage(path);
+  return !storage["camera_from_world"].empty() || !storage["T_cam_from_ct"].empty();
+}
+
 void WriteCameraFile(const std::string& path, const CameraModel& camera) {
   const double k[9] = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = camera.camera_from_world.matrix();

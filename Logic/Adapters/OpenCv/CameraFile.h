@@ -17,6 +17,9 @@ CameraModel ReadCameraFile(const std::string& path);
 /// calibration writes it.
 CameraModel ReadCameraIntrinsics(const std::string& path);
 
+/// A study's camera has a pose, a calibration need not have one. @throws InputError
+bool CameraFileHasPose(const std::string& path);
+
 /// Writes the camera with camera_from_world (LPS), atomically. @throws InputError
 void WriteCameraFile(const std::string& path, const CameraModel& camera);
 

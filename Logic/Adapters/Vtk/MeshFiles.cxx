@@ -4,9 +4,13 @@
 #include <vtkCommand.h>
 #include <vtkExecutive.h>
 #include <vtkFieldData.h>
+#include <vtkFloatArray.h>
+#include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataWriter.h>
+#include <vtkSignedCharArray.h>
 #include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkUnstructuredGridWriter.h>
@@ -143,6 +147,28 @@ void RunWriter(vtkDataObject* data, const std::string& path, Space space) {
   CommitTemporary(temporary, path);
 }
 
+vtkSmartPointer<vtkDataArray> ArrayToVtk(const SurfaceArray& array) {
+  const auto fill = [&](auto made, const auto& values) -> vtkSmartPointer<vtkDataArray> {
+    made->SetName(array.name.c_str());
+    made->SetNumberOfValues(static_cast<vtkIdType>(values.size()));
+    std::copy(values.begin(), values.end(), made->GetPointer(0));
+    return made;
+  };
+  struct Visitor {
+    decltype(fill)& make;
+    auto operator()(const std::vector<std::int8_t>& v) const {
+      return make(vtkSmartPointer<vtkSignedCharArray>::New(), v);
+    }
+    auto operator()(const std::vector<std::int32_t>& v) const {
+      return make(vtkSmartPointer<vtkIntArray>::New(), v);
+    }
+    auto operator()(const std::vector<float>& v) const {
+      return make(vtkSmartPointer<vtkFloatArray>::New(), v);
+    }
+  };
+  return std::visit(Visitor{fill}, array.values);
+}
+
 Points InSpace(const Points& points, Space space) {
   return space == Space::LPS ? points : FlipSpace(points);
 }
@@ -233,6 +259,21 @@ void WriteSurface(const SurfaceMesh& surface, const std::string& path, Space spa
   if (extension == "obj") WriteObj(turned, ToString(space), file.Stream());
   if (extension == "glb") WriteGlb(surface, file.Stream());
   file.Commit();
+}
+
+void WriteSurfaceWithArrays(const SurfaceMesh& surface, const std::string& path, Space space,
+                            const std::vector<SurfaceArray>& arrays) {
+  if (FileExtension(path) != "vtp")
+    throw UsageError(path + ": surfaces with point arrays are written as .vtp");
+  const auto data = ToVtk(SurfaceMesh{InSpace(surface.points, space), surface.triangles});
+  TagSpace(space, data);
+  for (const SurfaceArray& array : arrays) {
+    const vtkSmartPointer<vtkDataArray> values = ArrayToVtk(array);
+    if (values->GetNumberOfTuples() != data->GetNumberOfPoints())
+      throw InputError(path, "array " + array.name, "has not one value per point");
+    data->GetPointData()->AddArray(values);
+  }
+  RunWriter<vtkXMLPolyDataWriter>(data, path, space);
 }
 
 TetMesh ReadTetMesh(const std::string& path, Points* positions) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include "CaseIO/Space.h"
 #include "Core/SurfaceMesh.h"
@@ -32,6 +35,16 @@ SurfaceMesh ReadSurface(const std::string& path);
 /// @param rest_position N×3, written where the format has a place for it (.vtp, .vtk); may be null
 void WriteSurface(const SurfaceMesh& surface, const std::string& path, Space space = Space::LPS,
                   const Points* rest_position = nullptr);
+
+/// A number per point that goes into the file under a name.
+struct SurfaceArray {
+  std::string name;
+  std::variant<std::vector<std::int8_t>, std::vector<std::int32_t>, std::vector<float>> values;
+};
+/// .vtp with further point arrays. @throws UsageError for another extension; InputError when an
+/// array has not one value per point or the file cannot be written
+void WriteSurfaceWithArrays(const SurfaceMesh& surface, const std::string& path, Space space,
+                            const std::vector<SurfaceArray>& arrays);
 
 /// .vtu. @param positions current points, may be null
 TetMesh ReadTetMesh(const std::string& path, Points* positions = nullptr);

@@ -25,22 +25,29 @@ std::string Content(const fs::path& path) {
   return text.str();
 }
 
-/// One study for all tests: the band with a cut is the quickest.
-class PhantomStudy : public ::testing::Test {
+class PhantomFolder : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     char name[] = "/tmp/kerf-phantom-XXXXXX";
     root_ = mkdtemp(name);
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+  static fs::path root_;
+};
+fs::path PhantomFolder::root_;
+
+/// One study for all tests: the band with a cut is the quickest.
+class PhantomStudy : public PhantomFolder {
+ protected:
+  static void SetUpTestSuite() {
+    PhantomFolder::SetUpTestSuite();
     Progress progress;
     MakePhantom({PhantomScenario::BandCut, (root_ / "a study").string(), 3}, progress);
   }
-  static void TearDownTestSuite() { fs::remove_all(root_); }
   static fs::path Study() { return root_ / "a study"; }
-  static fs::path root_;
 };
-fs::path PhantomStudy::root_;
 
-TEST_F(PhantomStudy, IsReadAsAStudy) {
+TEST_F(PhantomStudy, IsReadAsAStudyAndHasTheWholeTruth) {
   const kerf::Study study = OpenStudy(Study().string());
   const PhantomSetup setup = MakePhantomSetup(PhantomScenario::BandCut, 3);
   EXPECT_EQ(study.frames, 150);
@@ -60,9 +67,7 @@ TEST_F(PhantomStudy, IsReadAsAStudy) {
   const auto video = OpenVideo(study.video);
   while (video->Next()) ++frames;
   EXPECT_EQ(frames, 150);
-}
 
-TEST_F(PhantomStudy, HasTheWholeTruth) {
   for (const char* name :
        {"rest_organ.vtp", "cuts.json", "tracks.csv", "camera_true.yml", "landmarks_exact.csv",
         "cut0_surface_rest.vtp", "frame_00020_organ.vtp", "frame_00145_mask.png"})
@@ -103,7 +108,7 @@ TEST_F(PhantomStudy, TheJudgeScoresTheTruthAsTheTruth) {
       << Content(out);
 }
 
-TEST_F(PhantomStudy, ReplacesAStudyButNothingElse) {
+TEST_F(PhantomFolder, ReplacesAStudyButNothingElse) {
   const fs::path other = root_ / "mine";
   fs::create_directories(other);
   std::ofstream(other / "thesis.txt") << "years of work";
@@ -128,7 +133,7 @@ class Impatient : public Progress {
   bool cancelled_ = false;
 };
 
-TEST_F(PhantomStudy, LeavesNothingBehindWhenCancelled) {
+TEST_F(PhantomFolder, LeavesNothingBehindWhenCancelled) {
   Impatient progress;
   const fs::path folder = root_ / "cancelled" / "study";
   EXPECT_THROW(MakePhantom({PhantomScenario::BandCut, folder.string(), 1}, progress), Cancelled);
