@@ -5,6 +5,7 @@
 
 #include "Core/Camera.h"
 #include "Core/Frame.h"
+#include "Registration/CutReview.h"
 #include "Registration/Reliability.h"
 #include "Registration/Step.h"
 
@@ -41,12 +42,51 @@ class RegistrationSession {
 
   /// The first call detects and binds the features, every call registers.
   SessionFrame Process(const Frame& frame);
+
+  // Decisions about cuts. They take effect between two frames; the same decisions between the same
+  // frames give the same bits. Wrong numbers and cuts that are not in the state asked for change
+  // nothing.
+
+  /// From now on the model before each cut is kept, so that a cut can be taken back. Costs a copy
+  /// of the model for each cut.
+  void KeepHistory() { history_kept_ = true; }
+  /// Proposals wait for AcceptCut, or are applied as they come.
+  void HoldCuts(bool hold) { options_.hold_cuts = hold; }
+  /// Cuts the model along a held proposal. @return what the cutter did
+  CutReport AcceptCut(int cut);
+  /// Forgets a proposal, or takes an applied cut out of the model; its evidence counts no more.
+  /// @return false when there is no such cut, or no model before it was kept
+  bool RejectCut(int cut);
+  /// A cut by hand. @param line N×3 at rest, mm; @param depth_mm 0 = through the organ
+  /// @return number of the cut, −1 where the line is too short
+  int DrawCut(const Points& line, const Vec3& direction, double depth_mm, CutReport* report);
+  /// Takes back the last decision, or the last cut that was taken automatically. @return what was
+  /// undone, in words; empty when there is nothing
+  std::string Undo();
+
   const RegistrationState& State() const { return state_; }
   const CameraModel& Camera() const { return camera_; }
   const MethodOptions& Options() const { return options_; }
 
  private:
   class StageClock;
+  struct Applied {  ///< one cut of the model, with the model before it
+    int cut = -1;
+    RegistrationState before;
+  };
+  struct Decision {
+    enum class Kind { Taken, Accepted, Rejected, Drawn } kind = Kind::Taken;
+    int cut = -1;
+    ModelCut was;                ///< of a rejected cut
+    Eigen::VectorXd refused_mm;  ///< before the rejection
+  };
+  Engine MakeEngine();
+  void NoteCuts(const StepReport& step);
+  CutReport ApplyNow(int cut);
+  bool TakeOut(int cut);
+  bool Reject(int cut, Decision* decision);
+  ModelCut* Cut(int cut);
+
   TetMesh mesh_;
   std::vector<Structure> structures_;
   CameraModel camera_;
@@ -54,11 +94,16 @@ class RegistrationSession {
   std::unique_ptr<FeatureTracker> tracker_;
   std::unique_ptr<OrganSegmenter> segmenter_;
   std::unique_ptr<ElasticSolver> solver_;
+  std::unique_ptr<ElasticSolver> grips_;
   TetCutter cutter_;
   std::unique_ptr<StageClock> clock_;
   RegistrationState state_;
   Index initially_tracked_ = 0;
   bool started_ = false;
+  bool history_kept_ = false;
+  RegistrationState before_;  ///< this frame's cuts; history only
+  std::vector<Applied> applied_;
+  std::vector<Decision> decisions_;
 };
 
 }  // namespace kerf

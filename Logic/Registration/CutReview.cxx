@@ -1,0 +1,120 @@
+#include "Registration/CutReview.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "Registration/ModelUpdate.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kShortest_mm = 1.0;   // points of a stroke that are nearer than this are merged
+constexpr double kRefusedReach = 2.5;  // in feature spacings: pairs this near to a refused line
+
+double DistanceToSegments(const Points& line, const Vec3& p) {
+  double best = 1e30;
+  for (Index i = 0; i + 1 < line.rows(); ++i) {
+    const Vec3 a = line.row(i).transpose(), ab = line.row(i + 1).transpose() - a;
+    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    best = std::min(best, (a + t * ab - p).norm());
+  }
+  return best;
+}
+
+}  // namespace
+
+void RestoreModel(const RegistrationState& before, const MethodOptions& options, Engine& engine,
+                  RegistrationState* state) {
+  RegistrationState restored = before;
+  restored.frame = state->frame;
+  restored.features = std::move(state->features);
+  restored.neighbors = std::move(state->neighbors);
+  restored.evidence = std::move(state->evidence);
+  restored.cuts = std::move(state->cuts);
+  *state = std::move(restored);
+  engine.cutter = TetCutter();
+  engine.solver.Reset(state->mesh, options.material);
+}
+
+void RefuseEvidence(const Points& line, RegistrationState* state) {
+  CutEvidence& evidence = state->evidence;
+  const FeatureTriangulation& t = evidence.triangulation;
+  if (t.Empty() || line.rows() < 2) return;
+  const Index edges = static_cast<Index>(t.edges.size());
+  if (evidence.refused_mm.size() != edges) evidence.refused_mm = Eigen::VectorXd::Zero(edges);
+  if (evidence.last_mm.size() != edges) evidence.last_mm = Eigen::VectorXd::Zero(edges);
+  std::vector<Index> near;
+  double largest = 0.0;
+  for (Index e = 0; e < edges; ++e) {
+    const auto [l, m] = t.edges[e];
+    const Vec3 middle = 0.5 * (state->bound.rest.row(l) + state->bound.rest.row(m)).transpose();
+    if (DistanceToSegments(line, middle) > kRefusedReach * t.spacing_mm) continue;
+    near.push_back(e);
+    largest = std::max(largest, evidence.last_mm[e]);
+  }
+  for (Index e : near) {
+    evidence.refused_mm[e] = std::max(evidence.refused_mm[e], largest);
+    evidence.streak[e] = 0;
+  }
+}
+
+Points RestLineOfStroke(const Pixels& pixels, const CameraModel& camera,
+                        const RegistrationState& state) {
+  std::vector<Index> vertex;
+  const SurfaceMesh current = BoundarySurface(state.mesh, state.positions, &vertex);
+  const SurfaceTree tree(current);
+  struct Place {
+    std::optional<Vec3> rest;
+    Vec3 now = Vec3::Zero();
+    double depth_mm = 0.0;
+  };
+  std::vector<Place> places(pixels.rows());
+  int hits = 0;
+  for (Index i = 0; i < pixels.rows(); ++i) {
+    const auto hit = tree.FirstHit(camera.RayThrough(pixels.row(i).transpose()));
+    if (!hit) continue;
+    Vec3 rest = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+      rest += hit->weights[k] *
+              state.mesh.rest.row(vertex[current.triangles(hit->triangle, k)]).transpose();
+    places[i] = {rest, hit->point, camera.Depth(hit->point)};
+    ++hits;
+  }
+  if (hits < 2) return Points(0, 3);
+  const auto nearest_hit = [&](Index i) {
+    for (Index d = 1; d < pixels.rows(); ++d) {
+      if (i - d >= 0 && places[i - d].rest) return i - d;
+      if (i + d < pixels.rows() && places[i + d].rest) return i + d;
+    }
+    return i;
+  };
+  std::vector<Vec3> line;
+  for (Index i = 0; i < pixels.rows(); ++i) {
+    Vec3 p;
+    if (places[i].rest) {
+      p = *places[i].rest;
+    } else {  // beside the organ: as far from the nearest place on it as it is in the image
+      const Place& by = places[nearest_hit(i)];
+      p = *by.rest + camera.PointAtDepth(pixels.row(i).transpose(), by.depth_mm) - by.now;
+    }
+    if (line.empty() || (p - line.back()).norm() >= kShortest_mm) line.push_back(p);
+  }
+  if (line.size() < 2) return Points(0, 3);
+  Points out(line.size(), 3);
+  for (std::size_t i = 0; i < line.size(); ++i) out.row(i) = line[i].transpose();
+  return out;
+}
+
+ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm, int frame) {
+  ModelCut cut;
+  cut.line.points = line;
+  cut.direction = direction.normalized();
+  cut.depth_mm = depth_mm;
+  cut.surface = ExtrudeCut(cut.line, cut.direction, depth_mm);
+  cut.detected_frame = frame;
+  cut.confidence = 1.0;
+  cut.drawn = true;
+  return cut;
+}
+
+}  // namespace kerf

@@ -1,0 +1,131 @@
+// Decisions about cuts: the part of RegistrationSession that a recorded study never uses.
+#include <algorithm>
+
+#include "Registration/CutDetection.h"
+#include "Registration/ModelUpdate.h"
+#include "Session/RegistrationSession.h"
+#include "Session/StageClock.h"
+
+namespace kerf {
+
+ModelCut* RegistrationSession::Cut(int cut) {
+  if (cut < 0 || cut >= static_cast<int>(state_.cuts.size())) return nullptr;
+  return &state_.cuts[cut];
+}
+
+/// The cuts that this step applied for the first time, with the model before them.
+void RegistrationSession::NoteCuts(const StepReport& step) {
+  for (const CutEvent& event : step.cuts) {
+    if (state_.cuts[event.cut].held) continue;
+    const bool known = std::any_of(applied_.begin(), applied_.end(),
+                                   [&](const Applied& a) { return a.cut == event.cut; });
+    if (known) continue;
+    applied_.push_back({event.cut, before_});
+    decisions_.push_back({Decision::Kind::Taken, event.cut, {}, {}});
+  }
+}
+
+CutReport RegistrationSession::ApplyNow(int cut) {
+  Engine engine = MakeEngine();
+  const bool known =
+      std::any_of(applied_.begin(), applied_.end(), [&](const Applied& a) { return a.cut == cut; });
+  if (history_kept_ && !known) applied_.push_back({cut, state_});
+  clock_->Start();
+  const CutReport report = ApplyCut(state_.cuts[cut], options_, engine, &state_);
+  clock_->Finish();
+  return report;
+}
+
+/// The model without this cut: as it was before it, with all other cuts done again as far as they
+/// have come.
+bool RegistrationSession::TakeOut(int cut) {
+  const auto found = std::find_if(applied_.begin(), applied_.end(),
+                                  [&](const Applied& a) { return a.cut == cut; });
+  if (found == applied_.end()) return false;
+  Engine engine = MakeEngine();
+  RestoreModel(found->before, options_, engine, &state_);
+  std::vector<Applied> kept(applied_.begin(), found), later(found + 1, applied_.end());
+  clock_->Start();
+  for (const Applied& earlier : kept) ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
+  for (const Applied& again : later) {
+    kept.push_back({again.cut, state_});
+    ApplyCut(state_.cuts[again.cut], options_, engine, &state_);
+  }
+  clock_->Finish();
+  applied_ = std::move(kept);
+  return true;
+}
+
+CutReport RegistrationSession::AcceptCut(int cut) {
+  CutReport report;
+  report.reason = "no such proposal";
+  ModelCut* proposal = Cut(cut);
+  if (!proposal || !proposal->held) return report;
+  proposal->held = false;
+  decisions_.push_back({Decision::Kind::Accepted, cut, {}, {}});
+  return ApplyNow(cut);
+}
+
+bool RegistrationSession::Reject(int cut, Decision* decision) {
+  ModelCut* given = Cut(cut);
+  if (!given || given->rejected || given->line.points.rows() == 0) return false;
+  *decision = {Decision::Kind::Rejected, cut, *given, state_.evidence.refused_mm};
+  if (!given->held && !TakeOut(cut)) return false;
+  RefuseEvidence(given->line.points, &state_);
+  ModelCut empty;
+  empty.rejected = true;
+  empty.drawn = given->drawn;
+  empty.detected_frame = given->detected_frame;
+  empty.confidence = given->confidence;
+  empty.direction = given->direction;
+  *given = empty;
+  return true;
+}
+
+bool RegistrationSession::RejectCut(int cut) {
+  Decision decision;
+  if (!Reject(cut, &decision)) return false;
+  decisions_.push_back(std::move(decision));
+  return true;
+}
+
+int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, double depth_mm,
+                                 CutReport* report) {
+  if (line.rows() < 2 || !line.allFinite() || !(direction.norm() > 1e-9)) return -1;
+  const Vec3 unit = direction.normalized();
+  const double depth = depth_mm > 0 ? depth_mm : ThroughDepth_mm(state_.mesh, unit);
+  state_.cuts.push_back(MakeDrawnCut(line, unit, depth, state_.frame));
+  const int cut = static_cast<int>(state_.cuts.size()) - 1;
+  const CutReport done = ApplyNow(cut);
+  if (report) *report = done;
+  decisions_.push_back({Decision::Kind::Drawn, cut, {}, {}});
+  return cut;
+}
+
+std::string RegistrationSession::Undo() {
+  if (decisions_.empty()) return {};
+  const Decision last = std::move(decisions_.back());
+  decisions_.pop_back();
+  const std::string name = "cut " + std::to_string(last.cut + 1);
+  Decision ignored;
+  switch (last.kind) {
+    case Decision::Kind::Taken:
+      return Reject(last.cut, &ignored) ? name + " taken out" : "";
+    case Decision::Kind::Drawn:
+      return Reject(last.cut, &ignored) ? "drawn " + name + " taken out" : "";
+    case Decision::Kind::Accepted: {
+      ModelCut* cut = Cut(last.cut);
+      if (!cut || cut->rejected || !TakeOut(last.cut)) return {};
+      cut->held = true;
+      return name + " is a proposal again";
+    }
+    case Decision::Kind::Rejected:
+      state_.cuts[last.cut] = last.was;
+      state_.evidence.refused_mm = last.refused_mm;
+      if (!last.was.held) ApplyNow(last.cut);
+      return name + " is back";
+  }
+  return {};
+}
+
+}  // namespace kerf

@@ -1,0 +1,120 @@
+#include "Session/IntraoperativeDecision.h"
+
+#include "Core/Errors.h"
+#include "Session/RegistrationSession.h"
+
+namespace kerf {
+namespace {
+
+using Kind = IntraoperativeDecision::Kind;
+constexpr Kind kKinds[] = {Kind::AcceptCut, Kind::RejectCut, Kind::Undo,   Kind::DrawCut,
+                           Kind::HoldCuts,  Kind::TakeCuts,  Kind::Confirm};
+
+std::vector<double> Flat(const Points& points) {
+  return {points.data(), points.data() + points.size()};
+}
+
+}  // namespace
+
+const char* EventName(Kind kind) {
+  switch (kind) {
+    case Kind::AcceptCut:
+      return "cut accepted";
+    case Kind::RejectCut:
+      return "cut rejected";
+    case Kind::Undo:
+      return "undone";
+    case Kind::DrawCut:
+      return "cut drawn";
+    case Kind::HoldCuts:
+      return "cuts wait";
+    case Kind::TakeCuts:
+      return "cuts automatic";
+    case Kind::Confirm:
+      return "registration confirmed";
+  }
+  return "";
+}
+
+JournalData ToJournal(const IntraoperativeDecision& decision) {
+  JournalData data;
+  if (decision.kind == Kind::AcceptCut || decision.kind == Kind::RejectCut)
+    data.push_back({"cut", decision.cut});
+  if (decision.kind == Kind::DrawCut) {
+    data.push_back({"line_rest_mm", Flat(decision.line)});
+    data.push_back({"direction", std::vector<double>{decision.direction.x(), decision.direction.y(),
+                                                     decision.direction.z()}});
+    data.push_back({"depth_mm", decision.depth_mm});
+  }
+  return data;
+}
+
+std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
+                                                 const std::string& file) {
+  for (const Kind kind : kKinds) {
+    if (entry.event != EventName(kind)) continue;
+    IntraoperativeDecision decision;
+    decision.kind = kind;
+    const std::string where =
+        "event \"" + entry.event + "\" before frame " + std::to_string(entry.frame);
+    if (kind == Kind::AcceptCut || kind == Kind::RejectCut) {
+      const auto cut = entry.Number("cut");
+      if (!cut) throw InputError(file, where, "has no number of a cut");
+      decision.cut = static_cast<int>(*cut);
+    }
+    if (kind == Kind::DrawCut) {
+      const auto line = entry.Numbers("line_rest_mm"), direction = entry.Numbers("direction");
+      if (line.size() < 6 || line.size() % 3 != 0 || direction.size() != 3)
+        throw InputError(file, where, "has no line or no direction");
+      decision.line = Eigen::Map<const Points>(line.data(), line.size() / 3, 3);
+      decision.direction = Vec3(direction[0], direction[1], direction[2]);
+      decision.depth_mm = entry.Number("depth_mm").value_or(0.0);
+    }
+    return decision;
+  }
+  return std::nullopt;
+}
+
+DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision) {
+  const std::string name = "Cut " + std::to_string(decision->cut + 1);
+  switch (decision->kind) {
+    case Kind::AcceptCut: {
+      const CutReport report = session->AcceptCut(decision->cut);
+      if (!report.done && report.reason == "no such proposal")
+        return {false, name + " is no proposal that waits."};
+      return {true, report.done ? name + " accepted: the model is cut."
+                                : name + " accepted, but not cut: " + report.reason};
+    }
+    case Kind::RejectCut:
+      if (!session->RejectCut(decision->cut)) return {false, name + " cannot be rejected."};
+      return {true, name + " rejected."};
+    case Kind::Undo: {
+      const std::string what = session->Undo();
+      if (what.empty()) return {false, "There is nothing to undo."};
+      return {true, "Undone: " + what + "."};
+    }
+    case Kind::DrawCut: {
+      if (decision->line.rows() == 0)
+        decision->line = RestLineOfStroke(decision->stroke, session->Camera(), session->State());
+      if (decision->direction.isZero()) decision->direction = session->Camera().ViewDirection();
+      CutReport report;
+      decision->cut =
+          session->DrawCut(decision->line, decision->direction, decision->depth_mm, &report);
+      if (decision->cut < 0) return {false, "The stroke does not meet the organ: nothing is cut."};
+      return {true, "Cut " + std::to_string(decision->cut + 1) +
+                        (report.done ? " drawn: the model is cut."
+                                     : " drawn, but not cut: " + report.reason)};
+    }
+    case Kind::HoldCuts:
+      session->HoldCuts(true);
+      return {true, "Cuts wait to be accepted."};
+    case Kind::TakeCuts:
+      session->HoldCuts(false);
+      return {true, "Cuts are taken automatically."};
+    case Kind::Confirm:
+      return {true, "Registration confirmed."};
+  }
+  return {};
+}
+
+}  // namespace kerf

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "CaseIO/JournalRead.h"
+#include "Core/Types.h"
+
+namespace kerf {
+
+class RegistrationSession;
+
+/// What the surgeon decides while a session runs. It takes effect between two frames and is written
+/// to the journal with the number of the frame that it comes before, so that a replay does the
+/// same.
+struct IntraoperativeDecision {
+  enum class Kind {
+    AcceptCut,
+    RejectCut,
+    Undo,
+    DrawCut,
+    HoldCuts,  ///< from now on proposals wait
+    TakeCuts,  ///< from now on cuts are taken automatically
+    Confirm    ///< the registration is right again after a loss: show the overlay
+  } kind = Kind::Undo;
+  int cut = -1;
+  Pixels stroke;                  ///< DrawCut, live: raw distorted px
+  Points line;                    ///< DrawCut: at rest, LPS, mm; found from the stroke where empty
+  Vec3 direction = Vec3::Zero();  ///< DrawCut; zero: the camera's
+  double depth_mm = 0.0;          ///< DrawCut; 0: through
+};
+
+/// Name of the event in the journal ("cut accepted").
+const char* EventName(IntraoperativeDecision::Kind kind);
+JournalData ToJournal(const IntraoperativeDecision& decision);
+/// None where the entry is no decision. @throws InputError naming `file` where it is a broken one
+std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
+                                                 const std::string& file);
+
+/// Carries a decision out. Fills line, direction and depth of a drawn cut, so that what is written
+/// to the journal can be repeated. @return what happened, in words; `done` false: nothing changed
+struct DecisionOutcome {
+  bool done = false;
+  std::string words;
+};
+DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision);
+
+}  // namespace kerf

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "Session/IntraoperativeDecision.h"
+#include "Session/IntraoperativeSnapshot.h"
+
+namespace kerf {
+
+/// Where a session is recorded. Called from the worker's thread alone. Any InputError (a full disk)
+/// ends the recording, never the session.
+class IntraoperativeSink {
+ public:
+  virtual ~IntraoperativeSink() = default;
+  /// Records a frame before it is registered. @return the frame as a replay will read it
+  virtual Frame Record(const CapturedFrame& captured, int number, double time_s) = 0;
+  virtual void Registered(const SessionFrame& frame, const RegistrationState& state) = 0;
+  /// @param next_frame number of the frame that this comes before
+  virtual void Say(double time_s, int next_frame, const std::string& event,
+                   const JournalData& data) = 0;
+  virtual void Finish(const RegistrationState& state, const SessionFrame& last) = 0;
+};
+
+/// The worker of a session: newest frame in, immutable snapshot out. Capture and display run apart
+/// and are never waited for.
+class IntraoperativeWorker {
+ public:
+  struct Parts {
+    std::unique_ptr<RegistrationSession> session;
+    SurfaceMesh uncut;                  ///< rest surface before any cut
+    std::vector<Points> planned_lines;  ///< at rest, mm
+    std::shared_ptr<IntraoperativeCapture> capture;
+    std::unique_ptr<IntraoperativeSink> sink;   ///< none: nothing is recorded
+    std::vector<IntraoperativeDecision> first;  ///< before the second frame: cuts of a session that
+                                                ///< is taken up again
+    std::function<void()> on_snapshot;          ///< from the worker's thread; must be quick
+  };
+  explicit IntraoperativeWorker(Parts parts);
+  ~IntraoperativeWorker();  ///< stops and completes the recording
+
+  void Post(IntraoperativeDecision decision);
+  /// A line for the journal (marks, snapshots).
+  void Note(const std::string& event, const JournalData& data);
+  /// Null before the first frame.
+  std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
+  /// Ends after the frame in work; the recording is complete when this returns.
+  void Stop();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace kerf
