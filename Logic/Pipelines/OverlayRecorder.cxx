@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "Adapters/OpenCv/ImageMasks.h"
 #include "Adapters/Rendering/VirtualDisplay.h"
 
 namespace kerf {
 namespace {
 
-OverlayStatus Status(const SessionFrame& report, const RegistrationState& state) {
+OverlayStatus Status(const SessionFrame& report, const RegistrationState& state,
+                     const CutView& cuts) {
   OverlayStatus status;
   const Reliability& r = report.reliability;
   status.gate = r.state == GateState::Green   ? OverlayStatus::Gate::Green
@@ -17,9 +20,14 @@ OverlayStatus Status(const SessionFrame& report, const RegistrationState& state)
   status.reason = r.reason;
   for (const Structure& structure : state.structures)
     if (structure.name == "tumour") status.tumour_u95_mm = r.tumour_u95_mm;
-  if (!state.cuts.empty() && state.cuts.front().surface.triangles.rows() > 0)
-    status.note =
-        fmt::format("{} cut{} in the model", state.cuts.size(), state.cuts.size() == 1 ? "" : "s");
+  // A margin within the tumour's uncertainty may be none.
+  status.margin_mm = cuts.TumourMargin_mm();
+  status.margin_alarm_mm = status.tumour_u95_mm;
+  const auto opened = std::count_if(state.cuts.begin(), state.cuts.end(), [](const ModelCut& cut) {
+    return cut.surface.triangles.rows() > 0;
+  });
+  if (opened > 0)
+    status.note = fmt::format("{} cut{} in the model", opened, opened == 1 ? "" : "s");
   return status;
 }
 
@@ -58,9 +66,11 @@ void OverlayRecorder::Add(const Frame& frame, const SessionFrame& report,
                                                            : OverlayStructure::Kind::Internal,
                                 &current.back()});
   }
+  cuts_.Update(state);
+  for (const Points& lip : cuts_.Lips()) scene.lines.push_back({OverlayLine::Kind::Applied, lip});
   const Image instruments = InstrumentMask(frame);
   scene.instruments = &instruments;
-  scene.status = Status(report, state);
+  scene.status = Status(report, state, cuts_);
   last_ = {report.frame, report.time_s, renderer_.Render(scene)};
   writer_.Write(last_.image);
 }

@@ -8,6 +8,7 @@
 #include "Adapters/Rendering/OverlayRenderer.h"
 #include "Core/Progress.h"
 #include "Pipelines/ResultsWriter.h"
+#include "Registration/CutView.h"
 
 namespace kerf {
 
@@ -38,6 +39,7 @@ class OverlayRecorder {
  private:
   OverlayRenderer renderer_;
   VideoWriter writer_;
+  CutView cuts_;
   Snapshot last_;
   std::vector<Snapshot> snapshots_;
 };

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "Core/Embedding.h"
+#include "Registration/RegistrationState.h"
+
+namespace kerf {
+
+/// The cuts of a model as they lie on the moved organ, for those who draw them. What depends on the
+/// topology alone is kept from frame to frame.
+class CutView {
+ public:
+  /// Takes over the cuts of this frame.
+  void Update(const RegistrationState& state);
+
+  /// Committed cut lines on the current organ surface, both lips of each, N×3 in order, LPS, mm:
+  /// they lie upon each other until the cut opens. A line is parted where it leaves the surface.
+  const std::vector<Points>& Lips() const { return lips_; }
+  /// Number of the cut that each lip belongs to.
+  const std::vector<int>& LipCuts() const { return lip_cuts_; }
+  /// Smallest distance between the tumour's surface and a face of a cut, both as they are now, mm:
+  /// 0 where the cut goes through the tumour; NaN without a tumour or without a cut.
+  double TumourMargin_mm() const { return margin_mm_; }
+
+ private:
+  void Rebind(const RegistrationState& state);
+
+  Index tets_ = -1, vertices_ = -1, line_points_ = -1;
+  std::vector<Embedding> bound_;  ///< of each lip, as in `lips_`
+  std::vector<int> lip_cuts_;
+  Triangles faces_;  ///< of the cuts, in mesh vertices
+  std::vector<Points> lips_;
+  double margin_mm_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace kerf
