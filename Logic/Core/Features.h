@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -45,8 +46,12 @@ class FeatureTracker {
 class OrganSegmenter {
  public:
   virtual ~OrganSegmenter() = default;
+  static constexpr std::uint8_t kOrgan = 255, kGround = 0;
+  /// Behind an instrument: organ or not, nobody knows.
+  static constexpr std::uint8_t kHidden = 128;
   /// @param model_mask projection of the registered model, 1 channel: where to start from
-  /// @return 1 channel, size of the frame, non-zero = organ; an empty image where it cannot be told
+  /// @return 1 channel, size of the frame: kOrgan, kGround or kHidden; an empty image where it
+  /// cannot be told
   virtual Image Segment(const Frame& frame, const Image& model_mask) = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "Core/Features.h"
 #include "Registration/OrganMask.h"
 
 namespace kerf {
@@ -117,7 +118,10 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
       const Vec2 p = a + s * normal;
       const std::size_t pixel =
           std::size_t(std::lround(p.y())) * organ_mask.width + std::size_t(std::lround(p.x()));
-      profile[s + reach] = organ_mask.data[pixel] ? 1.0 : -1.0;
+      // What an instrument hides speaks for nothing: where the organ goes in under a clamp, it
+      // does not end.
+      const std::uint8_t seen = organ_mask.data[pixel];
+      profile[s + reach] = seen == OrganSegmenter::kHidden ? 0.0 : seen ? 1.0 : -1.0;
       behind += profile[s + reach];
     }
     double best = -1e30;

@@ -31,8 +31,8 @@ struct SilhouetteTargets {
 };
 
 /// Along the normal of the model's outline, the place that best parts organ from background.
-/// @param organ_mask 1 channel, raw image size: non-zero where the organ is seen; another size
-/// gives no targets
+/// @param organ_mask 1 channel, raw image size, as OrganSegmenter gives it; another size gives no
+/// targets
 /// @param reach_px how far is searched to either side
 SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
                                  const Points& positions, const CameraModel& camera,

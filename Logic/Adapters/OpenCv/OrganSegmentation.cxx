@@ -8,6 +8,7 @@
 #include "Adapters/OpenCv/CvMats.h"
 #include "Adapters/OpenCv/Masks.h"
 #include "Core/Errors.h"
+#include "Core/Features.h"
 
 namespace kerf {
 namespace {
@@ -142,10 +143,13 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
   cv::bitwise_not(mask, mask);
   DropIslands(&mask, 0.005);
   cv::bitwise_not(mask, mask);
-  mask.setTo(0, instruments);
-  cv::Mat full;
+  cv::Mat full, hidden;
   cv::resize(mask, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
   cv::threshold(full, full, 127, 255, cv::THRESH_BINARY);
+  // A tool's rim and its shadow belong to it.
+  cv::dilate(instruments, instruments, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  cv::resize(instruments, hidden, bgr.size(), 0, 0, cv::INTER_NEAREST);
+  full.setTo(OrganSegmenter::kHidden, hidden);
   return ToImage(full);
 }
 

@@ -6,6 +6,7 @@
 #include "Adapters/OpenCv/ImageMasks.h"
 #include "Adapters/OpenCv/OrganSegmentation.h"
 #include "Core/Errors.h"
+#include "Core/Features.h"
 #include "SyntheticVideo.h"
 
 using namespace kerf;
@@ -79,6 +80,18 @@ TEST(OrganSilhouette, FollowsThePictureNotTheModel) {
   const double found = Overlap(OrganMask(MakeFrame(0, scene.picture), scene.model), scene.truth);
   EXPECT_LT(model, 0.9);
   EXPECT_GT(found, 0.96);
+}
+
+TEST(OrganSilhouette, WhatAnInstrumentHidesIsMarked) {
+  OrganScene scene = MakeOrgan();
+  const cv::Rect clamp(440, 120, 200, 120);  // over the organ's right end and on to the border
+  scene.picture(clamp).setTo(cv::Scalar(60, 58, 56));
+  const Image found = OrganMask(MakeFrame(0, scene.picture), scene.model);
+  const cv::Mat mask = ViewOf(found);
+  EXPECT_EQ(mask.at<std::uint8_t>(180, 470), OrganSegmenter::kHidden);
+  EXPECT_EQ(mask.at<std::uint8_t>(180, 437), OrganSegmenter::kHidden) << "its rim belongs to it";
+  EXPECT_EQ(mask.at<std::uint8_t>(180, 400), OrganSegmenter::kOrgan);
+  EXPECT_EQ(mask.at<std::uint8_t>(20, 100), OrganSegmenter::kGround);
 }
 
 TEST(OrganSilhouette, ColoursThatDoNotTellLeaveTheModel) {
