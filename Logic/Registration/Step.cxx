@@ -65,6 +65,17 @@ void AddSilhouette(const SilhouetteTargets& found, const CameraModel& camera,
       (found.targets.rowwise() - camera.Center().transpose()).rowwise().normalized();
 }
 
+/// How well the outline fits before it is drawn.
+void NoteOutline(const SilhouetteTargets& seen, const RegistrationState& state,
+                 StepReport* report) {
+  const Points model = seen.at.Positions(state.positions, state.mesh.tets);
+  report->outline_points = static_cast<int>(model.rows());
+  Index off = 0;
+  for (Index i = 0; i < model.rows(); ++i)
+    off += (seen.targets.row(i) - model.row(i)).norm() > 0.99 * kOutlineOff_mm;
+  report->outline_off = double(off) / std::max<Index>(1, model.rows());
+}
+
 /// Camera x, y of world points, mm.
 Pixels Lateral(const Points& world, const CameraModel& camera) {
   Pixels out(world.rows(), 2);
@@ -149,9 +160,10 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image) {
       const SurfaceMesh outline{state->positions, state->boundary.triangles};
       const Image organ = engine.segmenter->Segment(frame, ProjectedMask(outline, camera));
-      AddSilhouette(FindSilhouette(state->boundary, state->mesh, state->positions, camera, organ,
-                                   options.silhouette_reach_px),
-                    camera, options, &springs);
+      const SilhouetteTargets seen = FindSilhouette(state->boundary, state->mesh, state->positions,
+                                                    camera, organ, options.silhouette_reach_px);
+      NoteOutline(seen, *state, &report);
+      AddSilhouette(seen, camera, options, &springs);
     }
     report.solve = engine.solver.Solve(springs, {}, options.solve,  // [7] minimize Eq. (5)
                                        &state->positions, &state->velocities);

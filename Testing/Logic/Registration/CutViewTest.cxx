@@ -1,0 +1,98 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "Cutting/TetCutter.h"
+#include "Geometry/EmbedPoints.h"
+#include "Registration/CutView.h"
+#include "Registration/ModelUpdate.h"
+#include "Support/TestMeshes.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kFront_mm = -7.5, kAt_mm = 1.3;
+
+/// A block seen along z, cut right through across x, with a tumour on the left of the cut.
+RegistrationState CutBlock() {
+  RegistrationState state;
+  state.mesh = testing::BoxMesh(Vec3(60, 30, 15), 12, 6, 3);
+  state.positions = state.mesh.rest;
+  state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
+  ModelCut cut;
+  cut.direction = Vec3::UnitZ();
+  cut.line.points.resize(3, 3);
+  cut.line.points << kAt_mm, -20, kFront_mm, kAt_mm, 0, kFront_mm, kAt_mm, 20, kFront_mm;
+  cut.surface = ExtrudeCut(cut.line, cut.direction, 40);
+  TetCutter cutter;
+  CutReport report;
+  const TopologyChange change = cutter.Cut(state.mesh, cut.surface, &report, &state.positions);
+  EXPECT_TRUE(report.done) << report.reason;
+  state.positions = change.MapVertexField(state.positions);
+  state.mesh = change.mesh;
+  state.cuts.push_back(cut);
+  const SurfaceMesh tumour = testing::SphereSurface(Vec3(-10, 0, 0), 3.0, 2);
+  state.structures.push_back({"tumour", tumour, EmbedPoints(state.mesh, tumour.points)});
+  return state;
+}
+
+/// Moves the right piece away.
+void Open(double by_mm, RegistrationState* state) {
+  std::vector<Index> piece;
+  ASSERT_EQ(TetComponents(state->mesh.tets, &piece), 2);
+  std::vector<char> moved(state->mesh.VertexCount(), 0);
+  for (Index t = 0; t < state->mesh.TetCount(); ++t) {
+    double x = 0;
+    for (int k = 0; k < 4; ++k) x += state->mesh.rest(state->mesh.tets(t, k), 0) / 4;
+    for (int k = 0; k < 4 && x > kAt_mm; ++k) {
+      const Index v = state->mesh.tets(t, k);
+      if (!moved[v]) state->positions(v, 0) += by_mm;
+      moved[v] = 1;
+    }
+  }
+}
+
+TEST(CutView, NothingWithoutACut) {
+  RegistrationState state = CutBlock();
+  state.cuts.clear();
+  CutView view;
+  view.Update(state);
+  EXPECT_TRUE(view.Lips().empty());
+  EXPECT_TRUE(std::isnan(view.TumourMargin_mm()));
+}
+
+TEST(CutView, LipsPartAsTheCutOpens) {
+  RegistrationState state = CutBlock();
+  CutView view;
+  view.Update(state);
+  ASSERT_EQ(view.Lips().size(), 2u);
+  const Points closed = view.Lips()[0];
+  EXPECT_GT(closed.rows(), 20) << "over the whole width";
+  for (Index i = 0; i < closed.rows(); ++i) {
+    EXPECT_NEAR(closed(i, 0), kAt_mm, 0.5);
+    EXPECT_NEAR(closed(i, 2), kFront_mm, 0.5) << "on the surface, not on a face of the cut";
+  }
+  Open(6.0, &state);
+  view.Update(state);
+  const double first = view.Lips()[0].col(0).mean(), second = view.Lips()[1].col(0).mean();
+  EXPECT_NEAR(std::min(first, second), kAt_mm, 0.5);
+  EXPECT_NEAR(std::max(first, second), kAt_mm + 6.0, 0.5);
+  EXPECT_EQ(view.LipCuts(), (std::vector<int>{0, 0}));
+}
+
+TEST(CutView, MarginIsTheDistanceFromTumourToCut) {
+  RegistrationState state = CutBlock();
+  CutView view;
+  view.Update(state);
+  EXPECT_NEAR(view.TumourMargin_mm(), kAt_mm + 10.0 - 3.0, 0.1);
+  Open(6.0, &state);  // the face on the tumour's own side stays where it is
+  view.Update(state);
+  EXPECT_NEAR(view.TumourMargin_mm(), kAt_mm + 10.0 - 3.0, 0.1);
+  state.structures.clear();
+  view.Update(state);
+  EXPECT_TRUE(std::isnan(view.TumourMargin_mm()));
+}
+
+}  // namespace
+}  // namespace kerf
