@@ -194,6 +194,8 @@ void Percentiles(std::vector<double> totals, ReplayResult* result) {
   result->p99_ms = totals[std::min(totals.size() - 1, totals.size() * 99 / 100)];
 }
 
+constexpr int kLongestStream = 1000000;  // frames, where a source does not say how many it has
+
 constexpr int kReportSnapshots = 5;  // from rest to the end
 
 /// Frames whose overlay goes into the report, evenly from the first to the last.
@@ -234,6 +236,7 @@ ReportData ReplayReport(const ReplayRequest& request, const Study& study,
       data.snapshots.push_back({snapshot.frame, snapshot.time_s, snapshot.image});
   data.timing = results.Timing();
   data.reliability = results.ReliabilityRows();
+  data.fit = results.Fit();
   data.cuts = results.Cuts();
   data.planned_mesh = planned;
   data.final_mesh = MeasureQuality(state.mesh, state.positions);
@@ -310,7 +313,8 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   ReplayResult result;
   std::vector<double> totals;
   const int frame_count = source->FrameCount();
-  const std::vector<int> to_write = study.FramesToWrite(frame_count);
+  const std::vector<int> to_write =
+      study.FramesToWrite(frame_count > 0 ? frame_count : kLongestStream);
   int last_written = -1;
   std::optional<SessionFrame> last;
   while (true) {
@@ -330,7 +334,10 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
     if (recorder) {
       const auto render_start = Clock::now();
       recorder->Add(*frame, *last, session.State(), &results);
-      if (IsSnapshot(result.frames, frame_count)) recorder->KeepSnapshot();
+      const auto& cuts = last->step.cuts;
+      const bool new_cut =
+          std::any_of(cuts.begin(), cuts.end(), [](const CutEvent& e) { return e.first; });
+      if (new_cut || IsSnapshot(result.frames, frame_count)) recorder->KeepSnapshot();
       render_ms = Since_ms(render_start);
     }
     results.AddFrame(*last, session.State(), capture_ms, render_ms);
@@ -349,8 +356,10 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   if (result.broken) {
     progress.Warn(*result.broken + "; what was done up to there is kept");
     journal.Write(last->time_s, last->frame, "source broken", {{"reason", *result.broken}});
-    if (last_written != last->frame) results.WriteMeshes(*last, session.State());
   }
+  // A source may end sooner than announced: the last frame is written all the same.
+  if ((result.broken || study.eval_frames.empty()) && last_written != last->frame)
+    results.WriteMeshes(*last, session.State());
   const RegistrationState& state = session.State();
   results.Finish(state);
   result.cuts =

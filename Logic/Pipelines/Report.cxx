@@ -133,6 +133,20 @@ Plot ReliabilityPlot(const ReportData& data) {
   return plot;
 }
 
+Plot FitPlot(const ReportData& data) {
+  Plot plot;
+  plot.title = "Distance between model and image";
+  plot.x_label = "time, s";
+  plot.y_label = "mm";
+  plot.series = {{"features, median", {}, {}, ""}, {"where it is largest", {}, {}, ""}};
+  for (const ReportFit& fit : data.fit) {
+    for (PlotSeries& series : plot.series) series.x.push_back(fit.time_s);
+    plot.series[0].y.push_back(fit.residual_mm);
+    plot.series[1].y.push_back(fit.local_misfit_mm);
+  }
+  return plot;
+}
+
 std::optional<Plot> TumourPlot(const ReportData& data) {
   Plot plot;
   plot.title = "Tumour position, 95 % bound";
@@ -296,6 +310,11 @@ void WriteReport(const std::string& path, const ReportData& data) {
     page.Figure(ReliabilityPlot(data),
                 "The strip below shows what the gate let through: green, amber (caution) or red "
                 "(overlay off).");
+    if (!data.fit.empty())
+      page.Figure(FitPlot(data),
+                  "Between tracked features and their places on the model, across the line of "
+                  "sight: the median of all, and of the six neighbours that fit worst. What a "
+                  "single camera does not see, the depth, is not in it.");
     if (const auto tumour = TumourPlot(data)) page.Figure(*tumour);
   }
   if (!data.cuts.empty()) AddCuts(data, &page);

@@ -19,6 +19,13 @@ struct ReportSnapshot {
   Image image;
 };
 
+/// How well the model fits one frame, mm at the model's depth.
+struct ReportFit {
+  double time_s = 0.0;
+  double residual_mm = 0.0;      ///< median of the tracked features
+  double local_misfit_mm = 0.0;  ///< in the neighbourhood where it is largest
+};
+
 /// All that report.html of a replay shows. Whatever is empty is left out.
 struct ReportData {
   std::string study, method;              ///< "kidney-1", "kerf"
@@ -26,6 +33,7 @@ struct ReportData {
   std::vector<ReportSnapshot> snapshots;  ///< in the order of time
   std::vector<TimingRow> timing;
   std::vector<ReliabilityRow> reliability;
+  std::vector<ReportFit> fit;
   std::vector<CutRecord> cuts;
   bool cutting = true;  ///< false: detection was switched off
   std::optional<MeshQuality> planned_mesh, final_mesh;

@@ -73,6 +73,7 @@ void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState&
   const Reliability& r = frame.reliability;
   reliability_.push_back(
       {frame.frame, frame.time_s, ToString(r.state), r.score, r.reason, r.tumour_u95_mm});
+  fit_.push_back({frame.time_s, r.residual_mm, r.local_misfit_mm});
   const StageTimes& t = frame.times;
   timing_.push_back({frame.frame, capture_ms, t.tracking_ms, t.targets_ms, t.detection_ms,
                      t.cutting_ms, t.solve_ms, t.structures_ms, render_ms,

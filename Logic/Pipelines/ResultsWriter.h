@@ -7,6 +7,7 @@
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Camera.h"
 #include "Geometry/SurfaceTree.h"
+#include "Pipelines/Report.h"
 #include "Session/RegistrationSession.h"
 
 namespace kerf {
@@ -42,6 +43,7 @@ class ResultsWriter {
 
   const std::vector<TimingRow>& Timing() const { return timing_; }
   const std::vector<ReliabilityRow>& ReliabilityRows() const { return reliability_; }
+  const std::vector<ReportFit>& Fit() const { return fit_; }
   /// After Finish: what cuts.json holds.
   const std::vector<CutRecord>& Cuts() const { return cuts_; }
 
@@ -54,6 +56,7 @@ class ResultsWriter {
   FeaturesFile features_;
   std::vector<ReliabilityRow> reliability_;
   std::vector<TimingRow> timing_;
+  std::vector<ReportFit> fit_;
   std::vector<CutRecord> cuts_;
   OrganView view_;
   std::vector<Index> vertex_of_point_;

@@ -54,6 +54,7 @@ ReportData Example() {
     const double score = f < 60 ? 0.95 - 0.05 * std::sin(f / 7.0) : f < 75 ? 0.55 : 0.9;
     data.reliability.push_back({f, f / 25.0, f >= 60 && f < 75 ? "amber" : "green", score,
                                 f >= 60 && f < 75 ? "few features left" : "ok", 2.0 + f / 100.0});
+    data.fit.push_back({f / 25.0, 0.2, 1.0 + f / 100.0});
     TimingRow t;
     t.frame = f;
     t.tracking_ms = 4 + std::sin(f / 5.0);
@@ -98,7 +99,7 @@ TEST(Report, IsOneWellFormedFileThatAsksForNothingElse) {
   for (const char* outside : {"http://", "https://", "<script", "<link", "src=\"/", "url("})
     EXPECT_EQ(Count(html, outside), 0) << outside;
   EXPECT_EQ(Count(html, "data:image/jpeg;base64,"), 3);
-  EXPECT_EQ(Count(html, "<svg"), 4);
+  EXPECT_EQ(Count(html, "<svg"), 5);
   EXPECT_GE(Count(html, "Research use, not a medical device"), 1);
 }
 
