@@ -16,6 +16,7 @@
 #include <QStatusBar>
 #include <QToolButton>
 #include <QVBoxLayout>
+#include <QVariant>
 
 #include "Common/qKerfCaseBrowserWidget.h"
 #include "Common/qKerfIcons.h"

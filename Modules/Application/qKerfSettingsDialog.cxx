@@ -9,6 +9,7 @@
 #include <QLabel>
 #include <QTableWidget>
 #include <QVBoxLayout>
+#include <QVariant>
 
 #include "qKerfApplicationHost.h"
 

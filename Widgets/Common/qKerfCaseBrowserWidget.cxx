@@ -7,6 +7,7 @@
 #include <QPainter>
 #include <QPushButton>
 #include <QVBoxLayout>
+#include <QVariant>
 
 #include "Common/qKerfIcons.h"
 #include "Common/qKerfTheme.h"

@@ -4,6 +4,7 @@
 #include <QLabel>
 #include <QStyle>
 #include <QToolButton>
+#include <QVariant>
 
 qKerfMessageBar::qKerfMessageBar(QWidget* parent)
     : QFrame(parent), mark_(new QLabel), text_(new QLabel) {

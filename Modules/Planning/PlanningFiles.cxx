@@ -1,0 +1,156 @@
+#include "PlanningFiles.h"
+
+#include <filesystem>
+#include <set>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
+#include "CaseIO/CaseFolder.h"
+#include "CaseIO/ResultsFiles.h"
+#include "Core/Errors.h"
+#include "Pipelines/PlanPipeline.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// As `kerf plan` names its input: by its content, so that the same CT has the same pseudonym.
+std::string HashOfInput(const std::string& path, Progress& progress) {
+  if (!fs::exists(path)) return {};
+  if (!fs::is_directory(path)) return Sha256OfFile(path);
+  std::set<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) files.insert(entry.path().string());
+  std::string hashes;
+  for (const std::string& file : files) {
+    progress.ThrowIfCancelled();
+    hashes += Sha256OfFile(file);
+  }
+  return Sha256OfText(hashes);
+}
+
+/// The line as Slicer shows it: a curve through its points.
+void WritePlan(const CaseToSave& what, const std::string& folder) {
+  CaseWriter writer = CaseWriter::Update(folder);
+  writer.Remove("plan/resection.mrk.json");
+  writer.Remove("preview.png");
+  if (what.plan.line.rows() > 0) {
+    MarkupList curve{"Curve", {}};
+    for (Eigen::Index p = 0; p < what.plan.line.rows(); ++p)
+      curve.points.push_back(
+          {"resection-" + std::to_string(p + 1), what.plan.line.row(p).transpose()});
+    WriteMarkups(writer.Stage("plan/resection.mrk.json", "plan"), {curve});
+  }
+  if (!what.preview.isNull())
+    what.preview.save(QString::fromStdString(writer.Stage("preview.png", "preview")));
+  auto& provenance = writer.Manifest().provenance;
+  provenance["plan_margin_mm"] = std::to_string(what.plan.margin_mm);
+  provenance["plan_depth_mm"] = std::to_string(what.plan.depth_mm);
+  for (int a = 0; a < 3; ++a)
+    provenance[std::string("plan_direction_") + "xyz"[a]] = std::to_string(what.plan.direction[a]);
+  writer.Commit();
+}
+
+double NumberOf(const std::map<std::string, std::string>& provenance, const std::string& key,
+                double otherwise) {
+  const auto found = provenance.find(key);
+  if (found == provenance.end()) return otherwise;
+  try {
+    return std::stod(found->second);
+  } catch (const std::exception&) {
+    return otherwise;
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const PlannedCase> MeshLabels(const LabelMap& labels, int tetrahedra,
+                                              Progress& progress) {
+  MeshingOptions options;
+  options.tetrahedra = tetrahedra;
+  auto planned = std::make_shared<PlannedCase>(PlanFromLabels(labels, options, progress));
+  planned->provenance["tetrahedra_wanted"] = std::to_string(tetrahedra);
+  return planned;
+}
+
+std::shared_ptr<const PlanningModel> ModelOf(const PlannedCase& planned) {
+  auto model = std::make_shared<PlanningModel>();
+  model->mesh = planned.mesh;
+  model->organ_surface = planned.organ_surface;
+  model->structures = planned.structures;
+  model->input_volume_mm3 = planned.report.input_volume_mm3;
+  model->edge_mm = planned.report.edge_mm;
+  model->quality = planned.report.quality;
+  model->points_outside = planned.embedding.outside;
+  model->farthest_outside_mm = planned.embedding.largest_distance_mm;
+  return model;
+}
+
+void SaveCase(const CaseToSave& what, const std::string& folder, Progress& progress) {
+  progress.Report(0.05, "naming the input");
+  PlannedCase planned = *what.planned;
+  planned.ct = what.ct;
+  planned.labels = what.labels;
+  planned.camera = what.camera;
+  planned.landmarks = what.landmarks;
+  planned.seeds = what.seeds;
+  const std::string hash = HashOfInput(what.ct_path, progress);
+  if (!hash.empty()) planned.provenance["input_sha256"] = hash;
+  progress.ThrowIfCancelled();
+  progress.Report(0.3, "writing the case");
+  WriteCase(planned, folder, {{"program", std::string("kerf ") + KERF_VERSION}});
+  progress.Report(0.9, "writing the plan");
+  WritePlan(what, folder);
+  progress.Report(1.0, "saved");
+}
+
+OpenedCase ReadCaseForPlanning(const std::string& folder, Progress& progress) {
+  progress.Report(0.0, "checking the case");
+  const CaseFolder opened = CaseFolder::Open(folder);
+  if (!opened.Has("ct") || !opened.Has("segmentation"))
+    throw UsageError(folder +
+                     ": this case has no CT or no segmentation, there is nothing to plan on. It "
+                     "can be used in the operating room.");
+  OpenedCase result;
+  progress.Report(0.2, "reading the CT");
+  result.ct = ReadVolume(opened.Path("ct"), {}, progress);
+  progress.ThrowIfCancelled();
+  progress.Report(0.5, "reading the segmentation");
+  const LabelMap labels = ReadLabelMap(opened.Path("segmentation"));
+  result.labels.grid = result.ct.grid;
+  result.labels.source = labels.source;
+  result.labels.voxels = std::make_shared<const std::vector<std::uint8_t>>(
+      MapLabels(labels, {{1, 1}, {2, 2}, {3, 3}}, result.ct.grid, progress));
+  progress.Report(0.8, "reading the meshes");
+  auto planned = std::make_shared<PlannedCase>(ReadCase(folder));
+  planned->report.input_volume_mm3 = planned->report.quality.volume_mm3;
+  result.rest.landmarks = planned->landmarks;
+  result.rest.camera = planned->camera;
+  if (planned->camera) result.rest.camera_path = opened.Path("camera");
+  ResectionPlan& plan = result.rest.plan;
+  for (const std::string& path : opened.Paths("plan")) {
+    const std::string name = fs::path(path).filename().string();
+    for (const MarkupList& list : ReadMarkups(path)) {
+      if (name == "seeds.mrk.json")
+        result.rest.seeds.insert(result.rest.seeds.end(), list.points.begin(), list.points.end());
+      if (name != "resection.mrk.json") continue;
+      plan.line.resize(static_cast<Eigen::Index>(list.points.size()), 3);
+      for (std::size_t p = 0; p < list.points.size(); ++p)
+        plan.line.row(static_cast<Eigen::Index>(p)) = list.points[p].position_mm.transpose();
+    }
+  }
+  const auto& provenance = opened.Manifest().provenance;
+  plan.margin_mm = NumberOf(provenance, "plan_margin_mm", plan.margin_mm);
+  plan.depth_mm = NumberOf(provenance, "plan_depth_mm", plan.depth_mm);
+  for (int a = 0; a < 3; ++a)
+    plan.direction[a] =
+        NumberOf(provenance, std::string("plan_direction_") + "xyz"[a], plan.direction[a]);
+  result.rest.folder = folder;
+  result.rest.dirty = false;
+  result.planned = planned;
+  result.model = ModelOf(*planned);
+  return result;
+}
+
+}  // namespace kerf

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <QObject>
+#include <functional>
+#include <memory>
+
+#include "Session/PlanningSession.h"
+
+class qKerfHost;
+
+namespace kerf {
+struct PlannedCase;
+struct OpenedCase;
+}  // namespace kerf
+
+/// The long work of planning: takes a snapshot, runs off the GUI thread, brings the result into the
+/// session. Failures are said by the host.
+class PlanningJobs : public QObject {
+  Q_OBJECT
+ public:
+  PlanningJobs(qKerfHost* host, kerf::PlanningSession& session, QObject* parent);
+
+  /// @param then called when the CT is in the session
+  void Open(const QString& path, const QString& series, std::function<void()> then = {});
+  void OpenCase(const QString& folder);
+  void Segment(const QString& preset);
+  /// A tool of Session/PlanningTools.h on the labels of now.
+  void RunTool(const QString& title, const std::string& undo_name,
+               std::function<kerf::LabelVoxels(const kerf::LabelMap&, kerf::Progress&)> tool);
+  /// Active contour on a label: seen moving; cancelling keeps what it has reached.
+  void Evolve(int label);
+  void ImportLabels(const QString& path);
+  void Check();
+  void Mesh(int tetrahedra);
+  void Measure();
+  void Save(const QString& folder, const QImage& preview);
+
+ signals:
+  /// A DICOM folder holds several series; one has to be chosen.
+  void SeriesFound(const QString& folder);
+  /// The contour as it is now, while it evolves; an empty map when it is over.
+  void ContourMoved(const kerf::LabelMap& contour);
+  void CaseOpened(const QString& folder);
+  void Saved(const QString& folder);
+
+ public:
+  struct FoundSeries {
+    QString uid, description, modality, spacing;
+    int slices = 0;
+  };
+  const QVector<FoundSeries>& Series() const { return series_; }
+
+ private:
+  qKerfHost* host_;
+  kerf::PlanningSession& session_;
+  std::shared_ptr<const kerf::PlannedCase> planned_;
+  QVector<FoundSeries> series_;
+};
