@@ -15,7 +15,6 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
 #include "Adapters/OpenCv/LucasKanadeTracker.h"
-#include "Adapters/OpenCv/OrganSegmentation.h"
 #include "Adapters/OpenCv/VideoSource.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/CaseFolder.h"
@@ -23,8 +22,10 @@
 #include "Core/Errors.h"
 #include "Pipelines/OverlayRecorder.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Pipelines/RegistrationParts.h"
 #include "Pipelines/Report.h"
 #include "Pipelines/ResultsWriter.h"
+#include "Pipelines/SessionReplay.h"
 #include "Session/RegistrationSession.h"
 #include "Session/TableTracker.h"
 
@@ -171,22 +172,6 @@ JournalData InputHashes(const ReplayRequest& request, const Study& study) {
   return data;
 }
 
-/// The organ as OpenCV's adapter finds it in the video.
-class VideoOrganSegmenter : public OrganSegmenter {
- public:
-  Image Segment(const Frame& frame, const Image& model_mask) override {
-    return OrganMask(frame, model_mask);
-  }
-};
-
-void CheckVideo(const FrameSource& source, const CameraModel& camera, const Study& study) {
-  if (source.Width() != camera.width || source.Height() != camera.height)
-    throw InputError(study.video, "frame size",
-                     std::to_string(source.Width()) + "×" + std::to_string(source.Height()) +
-                         ", but " + study.camera + " is for " + std::to_string(camera.width) + "×" +
-                         std::to_string(camera.height));
-}
-
 void Percentiles(std::vector<double> totals, ReplayResult* result) {
   if (totals.empty()) return;
   std::sort(totals.begin(), totals.end());
@@ -257,6 +242,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   if (request.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   request.threads);
+  if (IsSessionFolder(request.study)) return ReplaySession(request, progress);
   const Study study = OpenStudy(request.study);
   if (request.method.method == Method::Reference)
     ApplySuggestions(study, request.given, &request.method);
@@ -281,7 +267,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   }
   if (!study.video.empty() && (request.render || !request.tracks)) {
     auto opened = OpenVideo(study.video);
-    CheckVideo(*opened, camera, study);
+    CheckVideoSize(opened->Width(), opened->Height(), study.video, camera, study.camera);
     video = opened.get();
     source = std::move(opened);
   } else {
@@ -309,7 +295,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   const MeshQuality planned_quality = MeasureQuality(planned.mesh, planned.mesh.rest);
   RegistrationSession session(std::move(planned.mesh), std::move(planned.structures), camera,
                               request.method, std::move(tracker),
-                              request.tracks ? nullptr : std::make_unique<VideoOrganSegmenter>());
+                              request.tracks ? nullptr : MakeVideoOrganSegmenter());
   ReplayResult result;
   std::vector<double> totals;
   const int frame_count = source->FrameCount();

@@ -28,37 +28,20 @@ std::string PrepareFolder(const std::string& folder) {
   return folder;
 }
 
-SurfaceMesh Current(const Structure& structure, const RegistrationState& state) {
-  return {structure.embedding.Positions(state.positions, state.mesh.tets),
-          structure.rest.triangles};
-}
+/// Not rejected, and no mere proposal.
+bool IsApplied(const ModelCut& cut) { return cut.surface.triangles.rows() > 0 && !cut.held; }
 
 }  // namespace
 
 ResultsWriter::ResultsWriter(const std::string& folder, const CameraModel& camera,
-                             SurfaceMesh uncut)
+                             SurfaceMesh uncut, bool features)
     : folder_(PrepareFolder(folder)),
       camera_(camera),
       uncut_(uncut),
-      journal_(Path("journal.jsonl")),
-      features_(Path("features.csv")) {
+      view_(uncut_),
+      journal_(Path("journal.jsonl")) {
+  if (features) features_.emplace(Path("features.csv"));
   WriteCameraFile(Path("camera.yml"), camera);
-}
-
-const ResultsWriter::OrganView& ResultsWriter::View(const RegistrationState& state) {
-  if (view_tets_ != state.mesh.TetCount() || view_vertices_ != state.mesh.VertexCount()) {
-    view_tets_ = state.mesh.TetCount();
-    view_vertices_ = state.mesh.VertexCount();
-    const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest, &vertex_of_point_);
-    view_.rest = rest.points;
-    view_.current.triangles = rest.triangles;
-    view_.cut_face = state.cuts.empty() ? std::vector<std::uint8_t>(rest.triangles.rows(), 0)
-                                        : CutFaceFlags(rest, uncut_);
-  }
-  view_.current.points.resize(vertex_of_point_.size(), 3);
-  for (std::size_t i = 0; i < vertex_of_point_.size(); ++i)
-    view_.current.points.row(i) = state.positions.row(vertex_of_point_[i]);
-  return view_;
 }
 
 Points ResultsWriter::SurfaceLine(const ModelCut& cut) const {
@@ -67,9 +50,10 @@ Points ResultsWriter::SurfaceLine(const ModelCut& cut) const {
 
 void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState& state,
                              double capture_ms, double render_ms) {
-  features_.Add(frame.frame, state.features,
-                state.bound.embedding.Positions(state.positions, state.mesh.tets),
-                state.bound.rest);
+  if (features_)
+    features_->Add(frame.frame, state.features,
+                   state.bound.embedding.Positions(state.positions, state.mesh.tets),
+                   state.bound.rest);
   const Reliability& r = frame.reliability;
   reliability_.push_back(
       {frame.frame, frame.time_s, ToString(r.state), r.score, r.reason, r.tumour_u95_mm});
@@ -90,6 +74,7 @@ void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState&
                      {{"cut", event.cut},
                       {"point_rest_mm", point},
                       {"confidence", state.cuts[event.cut].confidence}});
+    if (state.cuts[event.cut].held) continue;  // not before it is accepted
     journal_.Write(frame.time_s, frame.frame, event.report.done ? "cut applied" : "cut refused",
                    {{"cut", event.cut},
                     {"point_rest_mm", point},
@@ -106,25 +91,30 @@ void ResultsWriter::WriteMeshes(const SessionFrame& frame, const RegistrationSta
   WriteSurface(view.current, Path(FrameFileName(frame.frame, "organ", "vtp")), Space::LPS,
                &view.rest);
   for (const Structure& structure : state.structures)
-    WriteSurface(Current(structure, state),
+    WriteSurface(CurrentSurface(structure, state),
                  Path(FrameFileName(frame.frame, structure.name, "vtp")));
 }
 
+void ResultsWriter::WriteCuts(const RegistrationState& state) {
+  cuts_.clear();
+  for (const ModelCut& cut : state.cuts)
+    if (IsApplied(cut))
+      cuts_.push_back({cut.detected_frame, SurfaceLine(cut), cut.depth_mm, cut.confidence});
+  WriteCutsFile(Path("cuts.json"), cuts_);
+}
+
 void ResultsWriter::Finish(const RegistrationState& state) {
-  features_.Finish();
+  if (features_) features_->Finish();
   WriteReliabilityFile(Path("reliability.csv"), reliability_);
   WriteTimingFile(Path("timing.csv"), timing_);
-  for (std::size_t i = 0; i < state.cuts.size(); ++i) {
-    const ModelCut& cut = state.cuts[i];
-    if (cut.surface.triangles.rows() == 0) continue;
-    cuts_.push_back({cut.detected_frame, SurfaceLine(cut), cut.depth_mm, cut.confidence});
-    WriteSurface({cut.surface.points, cut.surface.triangles},
-                 Path("cut_" + std::to_string(i) + "_surface.vtp"));
-  }
-  WriteCutsFile(Path("cuts.json"), cuts_);
+  WriteCuts(state);
+  for (std::size_t i = 0; i < state.cuts.size(); ++i)
+    if (IsApplied(state.cuts[i]))
+      WriteSurface({state.cuts[i].surface.points, state.cuts[i].surface.triangles},
+                   Path("cut_" + std::to_string(i) + "_surface.vtp"));
   WriteTetMesh(state.mesh, state.positions, Path("organ_final.vtu"));
   for (const Structure& structure : state.structures)
-    WriteSurface(Current(structure, state), Path(structure.name + "_final.vtp"));
+    WriteSurface(CurrentSurface(structure, state), Path(structure.name + "_final.vtp"));
 }
 
 }  // namespace kerf

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Camera.h"
 #include "Geometry/SurfaceTree.h"
+#include "Session/ModelView.h"
 #include "Pipelines/Report.h"
 #include "Session/RegistrationSession.h"
 
@@ -19,17 +21,14 @@ class ResultsWriter {
   /// removed
   /// @param uncut the organ's rest surface before any cut
   /// @throws InputError when the folder cannot be written
-  ResultsWriter(const std::string& folder, const CameraModel& camera, SurfaceMesh uncut);
+  /// @param features write features.csv too (some 20 kB a frame)
+  ResultsWriter(const std::string& folder, const CameraModel& camera, SurfaceMesh uncut,
+                bool features = true);
 
   Journal& GetJournal() { return journal_; }
-  /// The organ's boundary as it is in this state, with its rest positions and the faces of cuts.
+  using OrganView = kerf::OrganView;
   /// Valid until the next call.
-  struct OrganView {
-    SurfaceMesh current;
-    Points rest;
-    std::vector<std::uint8_t> cut_face;  ///< per triangle
-  };
-  const OrganView& View(const RegistrationState& state);
+  const OrganView& View(const RegistrationState& state) { return view_.Update(state); }
   /// The cut lines on the rest surface, one per cut.
   Points SurfaceLine(const ModelCut& cut) const;
 
@@ -38,6 +37,8 @@ class ResultsWriter {
                 double render_ms);
   /// Meshes of one frame (frames of eval_frames).
   void WriteMeshes(const SessionFrame& frame, const RegistrationState& state);
+  /// cuts.json as of this state.
+  void WriteCuts(const RegistrationState& state);
   /// The tables and the final meshes.
   void Finish(const RegistrationState& state);
 
@@ -52,15 +53,13 @@ class ResultsWriter {
   std::string folder_;
   CameraModel camera_;
   SurfaceTree uncut_;
+  ModelView view_;
   Journal journal_;
-  FeaturesFile features_;
+  std::optional<FeaturesFile> features_;
   std::vector<ReliabilityRow> reliability_;
   std::vector<TimingRow> timing_;
   std::vector<ReportFit> fit_;
   std::vector<CutRecord> cuts_;
-  OrganView view_;
-  std::vector<Index> vertex_of_point_;
-  Index view_tets_ = -1, view_vertices_ = -1;
   std::string gate_;
 };
 

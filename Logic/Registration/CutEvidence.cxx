@@ -14,6 +14,7 @@ constexpr double kNoiseFactor = 5.0;  // excess over the measurement's own noise
 constexpr double kNoiseJump = 3.0;    // jumps up to so many σ teach nothing
 constexpr int kStreak = 2;
 constexpr double kSolitary = 0.65;
+constexpr double kRefusedFactor = 2.0, kRefusedMore_mm = 2.0;
 
 }  // namespace
 
@@ -66,11 +67,25 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
       proportion[e] = std::max(0.0, jumps.magnitude_mm[e] - noise(e)) / motion;
     if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess[e]});
   }
+  if (evidence->last_mm.size() != edges) evidence->last_mm = Eigen::VectorXd::Zero(edges);
+  evidence->last_mm =
+      (jumps.magnitude_mm.array() < 0.0).select(evidence->last_mm, jumps.magnitude_mm);
   evidence->recent.push_back(proportion);
   if (evidence->recent.size() > kMemory) {
     evidence->learned = evidence->learned.cwiseMax(evidence->recent.front());
     evidence->recent.pop_front();
   }
+  return parting;
+}
+
+std::vector<PartingEdge> WithoutRefused(std::vector<PartingEdge> parting,
+                                        const CutEvidence& evidence) {
+  if (evidence.refused_mm.size() == 0) return parting;
+  const auto refused = [&](const PartingEdge& p) {
+    const double before = evidence.refused_mm[p.edge];
+    return before > 0.0 && p.jump_mm < kRefusedFactor * before + kRefusedMore_mm;
+  };
+  parting.erase(std::remove_if(parting.begin(), parting.end(), refused), parting.end());
   return parting;
 }
 

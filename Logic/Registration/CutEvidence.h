@@ -15,6 +15,8 @@ struct CutEvidence {
   Eigen::VectorXd learned;  ///< E, largest jump per mm of motion, up to `kMemory` frames ago
   std::deque<Eigen::VectorXd> recent;  ///< the same of the last frames, not learned yet
   std::vector<int> streak;             ///< E, frames in a row with excess
+  Eigen::VectorXd last_mm;             ///< E, last jump that was seen
+  Eigen::VectorXd refused_mm;  ///< E, jump that a surgeon said is no cut; empty: nothing refused
 };
 
 /// An edge of the triangulation whose features part.
@@ -29,6 +31,11 @@ CutEvidence BeginEvidence(const Points& rest_camera, const std::vector<char>& us
 /// One frame of evidence. @return edges that part and have done so for some frames, by edge number
 std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,
                                         CutEvidence* evidence);
+
+/// What is left when pairs whose parting was refused are taken out: they count again from twice the
+/// refused jump and 2 mm more on. @return `parting` itself where nothing was refused
+std::vector<PartingEdge> WithoutRefused(std::vector<PartingEdge> parting,
+                                        const CutEvidence& evidence);
 
 /// Parting edges that belong together: their middles are chained closer than twice the feature
 /// spacing.

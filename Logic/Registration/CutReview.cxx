@@ -34,6 +34,7 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   *state = std::move(restored);
   engine.cutter = TetCutter();
   engine.solver.Reset(state->mesh, options.material);
+  if (engine.grips) engine.grips->Reset(state->mesh, options.material);
 }
 
 void RefuseEvidence(const Points& line, RegistrationState* state) {

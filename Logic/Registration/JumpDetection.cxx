@@ -128,7 +128,7 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
   const FeatureTriangulation& t = evidence.triangulation;
   if (t.Empty()) return events;
   const DisplacementJumps jumps = MeasureJumps(t, lateral, usable);
-  const auto parting = UpdateEvidence(jumps, lateral, &evidence);
+  const auto parting = WithoutRefused(UpdateEvidence(jumps, lateral, &evidence), evidence);
   if (parting.empty()) return events;
   const LateralFrame frame(camera, *state->uncut);
   const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
@@ -151,7 +151,10 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     double excess = 0.0;
     for (Index i : group) excess += parting[i].excess_mm;
     grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-excess / 3.0));
-    if (event.first) grown.detected_frame = state->frame;
+    if (event.first) {
+      grown.detected_frame = state->frame;
+      grown.held = options.hold_cuts;
+    }
     grown.direction = direction;
     grown.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, direction));
     grown.surface = ExtrudeCut(grown.line, direction, grown.depth_mm);

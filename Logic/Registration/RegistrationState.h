@@ -23,6 +23,9 @@ struct ModelCut {
   int detected_frame = -1;
   double depth_mm = 0.0;    ///< reach of S below the surface
   double confidence = 0.0;  ///< 0..1
+  bool held = false;        ///< proposed only: S is known, the model is not cut yet
+  bool rejected = false;    ///< by a surgeon: line and S are empty, the number stays taken
+  bool drawn = false;       ///< by a surgeon's hand
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.

@@ -152,8 +152,9 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     Begin(engine, Stage::Detection);
     // [4] divergence of neighbours and [5] outliers → cut point → cut line
     for (CutEvent& event : Detect(current, targets, usable, camera, options, state, &report)) {
-      event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // [6] S cuts model
-      report.cuts.push_back(event);                                             // and structures
+      if (!state->cuts[event.cut].held)                                           // [6] S cuts model
+        event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // and structures
+      report.cuts.push_back(event);
     }
     Begin(engine, Stage::Solve);
     Springs springs = FeatureSprings(*state, targets, usable, camera, options);

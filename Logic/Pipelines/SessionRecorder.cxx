@@ -1,0 +1,160 @@
+#include "Pipelines/SessionRecorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+
+#include "Adapters/OpenCv/ImageSequence.h"
+#include "Adapters/Rendering/ImageEncoding.h"
+#include "Core/Errors.h"
+#include "Pipelines/Report.h"
+
+namespace fs = std::filesystem;
+
+namespace kerf {
+namespace {
+
+constexpr int kJpegQuality = 95;
+
+void Link(const std::string& from, const std::string& to) {
+  std::error_code error;
+  fs::create_hard_link(from, to, error);
+  if (!error) return;
+  fs::copy_file(from, to, error);  // another file system
+  if (error) throw InputError(to, "", "the video cannot be kept: " + error.message());
+}
+
+void Line(std::ofstream* file, const std::string& path, const std::string& line) {
+  *file << line << '\n' << std::flush;
+  if (!*file) throw InputError(path, "", "cannot be written any more: is the disk full?");
+}
+
+}  // namespace
+
+std::uint64_t StateChecksum(const RegistrationState& state) {
+  std::uint64_t hash = 1469598103934665603ull;  // FNV-1a over 64-bit words
+  const auto add = [&](std::uint64_t word) { hash = (hash ^ word) * 1099511628211ull; };
+  add(state.mesh.TetCount());
+  for (Index i = 0; i < state.positions.size(); ++i) {
+    std::uint64_t word;
+    std::memcpy(&word, state.positions.data() + i, sizeof word);
+    add(word);
+  }
+  for (Index i = 0; i < state.mesh.tets.size(); ++i) add(state.mesh.tets.data()[i]);
+  return hash;
+}
+
+std::string StateLine(const SessionFrame& frame, const RegistrationState& state) {
+  return fmt::format("{},{},{:.3f},{},{},{:016x}", frame.frame, ToString(frame.reliability.state),
+                     frame.reliability.score, state.mesh.VertexCount(), state.mesh.TetCount(),
+                     StateChecksum(state));
+}
+
+SessionRecorder::SessionRecorder(const SessionFolder& session, const CameraModel& camera,
+                                 const SurfaceMesh& uncut, const std::string& video_file,
+                                 const JournalData& registration)
+    : session_(session), results_(session.root, camera, uncut, false) {
+  if (!video_file.empty()) {
+    session_.source = "video" + fs::path(video_file).extension().string();
+    Link(video_file, Path(session_.source));
+  } else {
+    std::error_code error;
+    fs::create_directories(Path("frames"), error);
+    if (error) throw InputError(Path("frames"), "", "cannot be made: " + error.message());
+  }
+  WriteSession(session_);
+  frames_.open(Path("frames.csv"), std::ios::binary);
+  states_.open(Path("states.csv"), std::ios::binary);
+  Line(&frames_, Path("frames.csv"), "frame,source_frame,time_s");
+  Line(&states_, Path("states.csv"), "frame,gate,score,vertices,tetrahedra,checksum");
+  results_.GetJournal().Write(0.0, 0, "start",
+                              {{"program", "kerf"},
+                               {"version", KERF_VERSION},
+                               {"baseline", KERF_BASELINE},
+                               {"case", session_.pseudonym},
+                               {"source", session_.source_name},
+                               {"cuts", session_.hold_cuts ? "to be accepted" : "automatic"},
+                               {"notice", "research use, not a medical device"}});
+  results_.GetJournal().Write(0.0, 0, "registration accepted", registration);
+}
+
+Frame SessionRecorder::Record(const CapturedFrame& captured, int number, double time_s) {
+  Frame frame = captured.frame;
+  frame.index = number;
+  frame.time_s = time_s;
+  if (session_.source.empty() && frame.image) {
+    const std::string path = Path(fmt::format("frames/{:06d}.jpg", number));
+    const auto jpeg = EncodeJpeg(*frame.image, kJpegQuality);
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+    file.close();
+    if (!file) throw InputError(path, "", "cannot be written: is the disk full?");
+    std::optional<Image> recorded = ReadImageFile(path);
+    if (!recorded) throw InputError(path, "", "cannot be read back");
+    frame.image = std::make_shared<const Image>(std::move(*recorded));
+  }
+  Line(&frames_, Path("frames.csv"),
+       fmt::format("{},{},{:.9f}", number, captured.frame.index, time_s));
+  return frame;
+}
+
+void SessionRecorder::Registered(const SessionFrame& frame, const RegistrationState& state) {
+  results_.AddFrame(frame, state, 0.0, 0.0);
+  Line(&states_, Path("states.csv"), StateLine(frame, state));
+  // Cuts are kept as they come: a session that broke off is taken up again with them.
+  std::string cuts;
+  for (const ModelCut& cut : state.cuts)
+    cuts += fmt::format("{}{}{} ", cut.line.points.rows(), cut.held ? "h" : "",
+                        cut.rejected ? "r" : "");
+  if (cuts == cuts_written_) return;
+  results_.WriteCuts(state);
+  cuts_written_ = cuts;
+}
+
+void SessionRecorder::Say(double time_s, int next_frame, const std::string& event,
+                          const JournalData& data) {
+  results_.GetJournal().Write(time_s, next_frame, event, data);
+}
+
+void SessionRecorder::Finish(const RegistrationState& state, const SessionFrame& last) {
+  results_.Finish(state);
+  results_.GetJournal().Write(last.time_s, last.frame, "end",
+                              {{"frames", last.frame + 1},
+                               {"cuts", int(results_.Cuts().size())},
+                               {"gate", ToString(last.reliability.state)}});
+  WriteSessionReport(session_, results_, state);
+  session_.finished = true;
+  WriteSession(session_);
+}
+
+void WriteSessionReport(const SessionFolder& session, const ResultsWriter& results,
+                        const RegistrationState& state) {
+  ReportData data;
+  data.study = "session " + fs::path(session.root).filename().string() + " of " + session.pseudonym;
+  data.method = "kerf";
+  std::error_code none;
+  std::vector<fs::path> pictures;
+  for (const auto& entry : fs::directory_iterator(fs::path(session.root) / "snapshots", none))
+    if (entry.path().extension() == ".png") pictures.push_back(entry.path());
+  std::sort(pictures.begin(), pictures.end());
+  for (const fs::path& picture : pictures) {  // frame_000123.png
+    const int frame = std::atoi(picture.stem().string().substr(6).c_str());
+    double time_s = 0.0;
+    for (const ReliabilityRow& row : results.ReliabilityRows())
+      if (row.frame == frame) time_s = row.time_s;
+    data.snapshots.push_back({frame, time_s, ReadPng(picture.string())});
+  }
+  data.timing = results.Timing();
+  data.reliability = results.ReliabilityRows();
+  data.cuts = results.Cuts();
+  data.final_mesh = MeasureQuality(state.mesh, state.positions);
+  data.parameters = {{"source", session.source_name},
+                     {"features wanted", std::to_string(session.wanted_features)},
+                     {"cuts", session.hold_cuts ? "to be accepted" : "automatic"}};
+  data.versions = {{"kerf", KERF_VERSION}, {"instruction set", KERF_BASELINE}};
+  WriteReport(session.root + "/report.html", data);
+}
+
+}  // namespace kerf

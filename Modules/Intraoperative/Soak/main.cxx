@@ -1,0 +1,133 @@
+// kerf-soak: the Intraoperative page in a window over a video that is played for ever. Says once in
+// a while what it costs; ends with status 4 when memory grows.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <QApplication>
+#include <QTimer>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <vector>
+
+#include "Adapters/Rendering/VirtualDisplay.h"
+#include "Intraoperative/qKerfIntraoperativeWidget.h"
+#include "PingPongSource.h"
+
+namespace {
+
+double ResidentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  long total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1048576.0);
+}
+
+double ProcessorSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_utime.tv_sec + usage.ru_stime.tv_sec +
+         1e-6 * (usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+struct Row {
+  double time_s, resident_mb, processors, registered, shown, latency_ms;
+  int dropped;
+};
+
+/// Largest growth after the first third, when caches and buffers are full.
+double Growth_mb(const std::vector<Row>& rows) {
+  if (rows.size() < 3) return 0.0;
+  return rows.back().resident_mb - rows[rows.size() / 3].resident_mb;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3 || std::string(argv[1]) == "--help") {
+    std::printf(
+        "kerf-soak CASE VIDEO [SECONDS] [INTERVAL] [MEGABYTES] [CAMERA]\n"
+        "  Runs the Intraoperative page over VIDEO, forwards and backwards, for SECONDS (3600) "
+        "and\n"
+        "  prints every INTERVAL seconds (60) memory, processors, rates, latency and drops.\n"
+        "  Status 4: memory grew by more than MEGABYTES (64) after the first third.\n"
+        "  CAMERA: calibration with pose, where the case has none.\n"
+        "Example: kerf-soak cases/kidney cases/kidney.mp4 3600 60\n");
+    return argc < 3 ? 2 : 0;
+  }
+  const std::string case_folder = argv[1], video = argv[2];
+  const double seconds = argc > 3 ? std::atof(argv[3]) : 3600,
+               interval = argc > 4 ? std::atof(argv[4]) : 60;
+  const double most_mb = argc > 5 ? std::atof(argv[5]) : 64;
+  std::string why_not;
+  if (!kerf::RenderingAvailable(&why_not)) {
+    std::fprintf(stderr, "kerf-soak: nothing can be shown: %s\n", why_not.c_str());
+    return 3;
+  }
+  qputenv("QT_QPA_PLATFORM", "xcb");
+  QApplication app(argc, argv);
+  int status = 0;
+  qKerfIntraoperativeWidget::Services services;
+  services.say_problem = [&](const QString& problem) {
+    std::fprintf(stderr, "kerf-soak: %s\n", qPrintable(problem));
+    status = 3;
+    app.quit();
+  };
+  qKerfIntraoperativeWidget page(std::move(services));
+  page.SetRecording(false);
+  // Decoded once: what is measured is the session, not the decoder.
+  kerf::CaptureOptions options;  // paced, newest frame only
+  page.Desk().SetSourceOpener(
+      [](const std::string& path) -> std::unique_ptr<kerf::FrameSource> {
+        return std::make_unique<kerf::PingPongSource>(path);
+      },
+      options);
+  page.resize(1500, 800);
+  page.show();
+  page.OpenCase(QString::fromStdString(case_folder));
+  if (argc > 6) page.UseCamera(argv[6]);
+  page.OpenSource(QString::fromStdString(video));
+
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  auto last = begin;
+  double last_cpu = ProcessorSeconds();
+  std::vector<Row> rows;
+  QTimer start;
+  QObject::connect(&start, &QTimer::timeout, [&] {
+    if (page.CurrentStep() == qKerfIntraoperativeWidget::CheckIn && page.Desk().Newest() &&
+        page.Desk().MayRegister(page.Desk().Pseudonym()))
+      page.StartWithGivenPose();
+  });
+  start.start(100);
+  QTimer report;
+  std::printf("time_s,resident_mb,processors,registered_fps,shown_fps,latency_ms,dropped\n");
+  QObject::connect(&report, &QTimer::timeout, [&] {
+    const auto now = Clock::now();
+    const double passed = std::chrono::duration<double>(now - last).count();
+    const double cpu = ProcessorSeconds();
+    const auto latest = page.Desk().Latest();
+    const Row row{std::chrono::duration<double>(now - begin).count(),
+                  ResidentMegabytes(),
+                  (cpu - last_cpu) / passed,
+                  latest ? latest->registered_fps : 0.0,
+                  page.ShownPerSecond(),
+                  page.Latency_ms(),
+                  latest ? latest->source.dropped : 0};
+    rows.push_back(row);
+    last = now;
+    last_cpu = cpu;
+    std::printf("%.0f,%.1f,%.2f,%.0f,%.0f,%.0f,%d\n", row.time_s, row.resident_mb, row.processors,
+                row.registered, row.shown, row.latency_ms, row.dropped);
+    std::fflush(stdout);
+    if (row.time_s < seconds) return;
+    if (!latest) status = 3;
+    if (Growth_mb(rows) > most_mb) status = 4;
+    app.quit();
+  });
+  report.start(std::max(1, int(interval * 1000)));
+  app.exec();
+  std::printf("growth after the first third: %.1f MB\n", Growth_mb(rows));
+  return status;
+}

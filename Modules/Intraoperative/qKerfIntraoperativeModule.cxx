@@ -1,0 +1,49 @@
+#include "qKerfIntraoperativeModule.h"
+
+#include <QIcon>
+#include <QMessageBox>
+
+#include "Common/qKerfIcons.h"
+#include "Framework/qKerfHost.h"
+#include "Framework/qKerfJobRunner.h"
+#include "Intraoperative/qKerfIntraoperativeWidget.h"
+
+QIcon qKerfIntraoperativeModule::Icon() const { return qKerfIcon("surgery"); }
+
+QWidget* qKerfIntraoperativeModule::CreateWidget(qKerfHost* host, QWidget* parent) {
+  host_ = host;
+  qKerfIntraoperativeWidget::Services services;
+  services.run = [host](const QString& title, auto work, auto done, auto failed) {
+    host->Jobs().Run({title, std::move(work), std::move(done), std::move(failed), {}});
+  };
+  services.say_problem = [host](const QString& text) { host->Say(qKerfHost::Problem, text); };
+  services.say = [host](const QString& text) {
+    host->Log(qKerfHost::Info, text);
+    host->ShowStatus(text);
+  };
+  services.add_shortcut = [host](const QString& id, QAction* action) {
+    host->AddShortcut(id, action);
+  };
+  page_ = new qKerfIntraoperativeWidget(std::move(services), parent);
+  return page_;
+}
+
+bool qKerfIntraoperativeModule::OpenCase(const QString& folder) {
+  if (page_->Desk().Running()) {
+    host_->Say(qKerfHost::Warning,
+               tr("A session is running: end it before another case is opened."));
+    return false;
+  }
+  page_->OpenCase(folder);
+  return true;
+}
+
+bool qKerfIntraoperativeModule::CanClose() {
+  if (!page_ || !page_->Desk().Running()) return true;
+  const auto answer = QMessageBox::question(
+      page_, tr("A session is running"),
+      tr("The recording is completed before the window closes. End the session?"));
+  if (answer != QMessageBox::Yes) return false;
+  page_->Desk().Stop();
+  return true;
+}

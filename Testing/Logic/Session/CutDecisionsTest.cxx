@@ -1,0 +1,170 @@
+// Accept, reject, undo and draw: what a surgeon decides about cuts, and that it can be repeated.
+#include <gtest/gtest.h>
+
+#include "CrackedBand.h"
+#include "Session/IntraoperativeDecision.h"
+
+namespace kerf {
+namespace {
+
+using namespace testing;
+
+TEST(CutDecisions, HistoryChangesNoBit) {
+  BandRun plain(false), kept(true);
+  plain.RunTo(60);
+  kept.RunTo(60);
+  ASSERT_FALSE(plain.State().cuts.empty());
+  EXPECT_TRUE(plain.State().positions == kept.State().positions);
+  EXPECT_TRUE(plain.State().mesh.tets == kept.State().mesh.tets);
+}
+
+TEST(CutDecisions, ARejectedCutLeavesTheModelAndDoesNotComeBackAtOnce) {
+  BandRun run(true, false, 55);
+  const Index before = BandMesh(3000).TetCount();
+  ASSERT_TRUE(run.RunToCut());
+  ASSERT_EQ(run.State().cuts.size(), 1u);
+  EXPECT_GT(run.State().mesh.TetCount(), before);
+  run.RunTo(56);
+  ASSERT_TRUE(run.session->RejectCut(0));
+  EXPECT_EQ(run.State().mesh.TetCount(), before);
+  EXPECT_TRUE(run.State().cuts[0].rejected);
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(run.Next().step.cuts.empty()) << "frame " << run.next;
+  EXPECT_EQ(run.State().mesh.TetCount(), before);
+  EXPECT_FALSE(run.session->RejectCut(0));  // twice is once
+}
+
+TEST(CutDecisions, ACutThatOpensOnAndOnIsProposedAgain) {
+  BandRun run;
+  ASSERT_TRUE(run.RunToCut());
+  ASSERT_TRUE(run.session->RejectCut(0));
+  bool again = false;
+  while (run.next < kRestFrames + kCutFrames) again = !run.Next().step.cuts.empty() || again;
+  EXPECT_TRUE(again);
+}
+
+TEST(CutDecisions, AProposalWaitsIsAcceptedAndUndone) {
+  BandRun run(true, true);
+  const Index before = BandMesh(3000).TetCount();
+  ASSERT_TRUE(run.RunToCut());
+  EXPECT_TRUE(run.State().cuts[0].held);
+  run.RunTo(kRestFrames + kCutFrames);
+  EXPECT_EQ(run.State().mesh.TetCount(), before);
+  const CutReport report = run.session->AcceptCut(0);
+  EXPECT_TRUE(report.done) << report.reason;
+  EXPECT_GT(run.State().mesh.TetCount(), before);
+  EXPECT_FALSE(run.State().cuts[0].held);
+  run.Next();
+  EXPECT_EQ(run.session->Undo(), "cut 1 is a proposal again");
+  EXPECT_EQ(run.State().mesh.TetCount(), before);
+  EXPECT_TRUE(run.State().cuts[0].held);
+  EXPECT_EQ(run.session->Undo(), "");
+}
+
+TEST(CutDecisions, ARejectedProposalComesBackByUndo) {
+  BandRun run(true, true, 55);
+  ASSERT_TRUE(run.RunToCut());
+  run.RunTo(56);
+  const Points line = run.State().cuts[0].line.points;
+  ASSERT_TRUE(run.session->RejectCut(0));
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(run.Next().step.cuts.empty());
+  EXPECT_EQ(run.session->Undo(), "cut 1 is back");
+  EXPECT_TRUE(run.State().cuts[0].line.points == line);
+  EXPECT_TRUE(run.State().cuts[0].held);
+}
+
+TEST(CutDecisions, UndoTakesAnAutomaticCutOut) {
+  BandRun run;
+  const Index before = BandMesh(3000).TetCount();
+  ASSERT_TRUE(run.RunToCut());
+  EXPECT_EQ(run.session->Undo(), "cut 1 taken out");
+  EXPECT_EQ(run.State().mesh.TetCount(), before);
+}
+
+TEST(CutDecisions, OneOfTwoDrawnCutsIsTakenOut) {
+  BandRun run;
+  run.RunTo(3);
+  const Vec3 down(0, 0, -1);
+  CutReport report;
+  EXPECT_EQ(run.session->DrawCut(AcrossBand(-30), down, 0, &report), 0);
+  EXPECT_TRUE(report.done) << report.reason;
+  EXPECT_EQ(run.session->DrawCut(AcrossBand(30), down, 0, &report), 1);
+  EXPECT_TRUE(report.done) << report.reason;
+  EXPECT_EQ(MeasureQuality(run.State().mesh, run.State().mesh.rest).components, 3);
+  run.Next();
+  ASSERT_TRUE(run.session->RejectCut(0));
+  const MeshQuality two = MeasureQuality(run.State().mesh, run.State().mesh.rest);
+  EXPECT_EQ(two.components, 2);
+  EXPECT_TRUE(two.manifold_boundary);
+  run.Next();
+  EXPECT_TRUE(run.State().positions.allFinite());
+  EXPECT_EQ(run.session->Undo(), "cut 1 is back");
+  EXPECT_EQ(MeasureQuality(run.State().mesh, run.State().mesh.rest).components, 3);
+}
+
+TEST(CutDecisions, AStrokeOverTheImageIsALineAtRest) {
+  BandRun run;
+  run.RunTo(20);
+  Pixels stroke(9, 2);  // from above the band to below it at x = 10 mm
+  const CameraModel camera = BandCamera();
+  for (int i = 0; i < 9; ++i)
+    stroke.row(i) = camera.Project(CrackMotion(Vec3(10, -26 + 6.5 * i, 5), 19)).transpose();
+  const Points line = RestLineOfStroke(stroke, camera, run.State());
+  ASSERT_EQ(line.rows(), 9);
+  for (Index i = 0; i < 9; ++i) EXPECT_NEAR(line(i, 0), 10.0, 1.0) << i;
+  EXPECT_LT(line(0, 1), -20.0);
+  EXPECT_GT(line(8, 1), 20.0);
+  EXPECT_EQ(RestLineOfStroke(Pixels::Zero(3, 2), camera, run.State()).rows(), 0);
+}
+
+TEST(CutDecisions, TheJournalRepeatsThemBitByBit) {
+  BandRun live(true, true);
+  std::vector<std::pair<int, JournalEntry>> journal;
+  const auto decide = [&](IntraoperativeDecision decision) {
+    ASSERT_TRUE(Decide(live.session.get(), &decision).done);
+    JournalEntry entry;
+    entry.frame = live.next;
+    entry.event = EventName(decision.kind);
+    entry.data = ToJournal(decision);
+    journal.push_back({live.next, entry});
+  };
+  ASSERT_TRUE(live.RunToCut());
+  IntraoperativeDecision accept, draw, undo;
+  accept.kind = IntraoperativeDecision::Kind::AcceptCut;
+  accept.cut = 0;
+  decide(accept);
+  live.RunTo(live.next + 3);
+  draw.kind = IntraoperativeDecision::Kind::DrawCut;
+  draw.stroke.resize(2, 2);
+  draw.stroke << 330, 160, 330, 380;
+  decide(draw);
+  live.RunTo(live.next + 2);
+  undo.kind = IntraoperativeDecision::Kind::Undo;
+  decide(undo);
+  live.RunTo(live.next + 3);
+
+  BandRun again(true, true);
+  std::size_t next = 0;
+  while (again.next < live.next) {
+    for (; next < journal.size() && journal[next].first <= again.next; ++next) {
+      auto decision = DecisionOf(journal[next].second, "journal.jsonl");
+      ASSERT_TRUE(decision);
+      Decide(again.session.get(), &*decision);
+    }
+    again.Next();
+  }
+  EXPECT_TRUE(live.State().positions == again.State().positions);
+  EXPECT_TRUE(live.State().mesh.tets == again.State().mesh.tets);
+}
+
+TEST(CutDecisions, NonsenseChangesNothing) {
+  BandRun run;
+  run.RunTo(2);
+  EXPECT_FALSE(run.session->RejectCut(0));
+  EXPECT_FALSE(run.session->AcceptCut(-3).done);
+  EXPECT_EQ(run.session->DrawCut(Points(1, 3), Vec3::UnitZ(), 0, nullptr), -1);
+  EXPECT_EQ(run.session->DrawCut(AcrossBand(0), Vec3::Zero(), 0, nullptr), -1);
+  EXPECT_EQ(run.session->Undo(), "");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,186 @@
+// The worker: snapshots out, decisions in, a recording that may fail, losses that are not bridged.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "Core/Errors.h"
+#include "CrackedBand.h"
+#include "Session/IntraoperativeWorker.h"
+
+namespace kerf {
+namespace {
+
+using namespace testing;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+template <class F>
+bool Within(double seconds, F condition) {
+  const auto until = Clock::now() + std::chrono::duration<double>(seconds);
+  while (!condition()) {
+    if (Clock::now() > until) return false;
+    std::this_thread::sleep_for(2ms);
+  }
+  return true;
+}
+
+struct Log {
+  std::mutex mutex;
+  std::vector<std::string> events;
+  std::vector<int> frames;
+  std::atomic<int> recorded{0};
+  std::atomic<bool> finished{false};
+  int full_at = 1 << 20;
+  bool Has(const std::string& event) {
+    const std::lock_guard lock(mutex);
+    return std::count(events.begin(), events.end(), event) > 0;
+  }
+};
+
+class LogSink : public IntraoperativeSink {
+ public:
+  explicit LogSink(std::shared_ptr<Log> log) : log_(std::move(log)) {}
+  Frame Record(const CapturedFrame& captured, int number, double time_s) override {
+    if (number >= log_->full_at) throw InputError("frames.csv", "", "the disk is full");
+    ++log_->recorded;
+    Frame frame = captured.frame;
+    frame.index = number;
+    frame.time_s = time_s;
+    return frame;
+  }
+  void Registered(const SessionFrame& frame, const RegistrationState&) override {
+    const std::lock_guard lock(log_->mutex);
+    log_->frames.push_back(frame.frame);
+  }
+  void Say(double, int, const std::string& event, const JournalData&) override {
+    const std::lock_guard lock(log_->mutex);
+    log_->events.push_back(event);
+  }
+  void Finish(const RegistrationState&, const SessionFrame&) override { log_->finished = true; }
+
+ private:
+  std::shared_ptr<Log> log_;
+};
+
+/// Endless: the crack opens and stays; every frame has a picture of its own.
+class BandSource : public FrameSource {
+ public:
+  explicit BandSource(std::shared_ptr<std::atomic<bool>> hang) : hang_(std::move(hang)) {}
+  std::optional<Frame> Next() override {
+    std::this_thread::sleep_for(8ms);
+    while (*hang_) std::this_thread::sleep_for(5ms);
+    Frame frame;
+    frame.index = next_++;
+    return frame;
+  }
+  int Width() const override { return 960; }
+  int Height() const override { return 540; }
+  double FramesPerSecond() const override { return 100; }
+  int FrameCount() const override { return -1; }
+
+ private:
+  std::shared_ptr<std::atomic<bool>> hang_;
+  int next_ = 0;
+};
+
+struct Scene {
+  explicit Scene(bool hold, int full_at = 1 << 20) {
+    log->full_at = full_at;
+    CaptureOptions options;
+    options.live = true;
+    IntraoperativeWorker::Parts parts;
+    BandRun run(true, hold);
+    parts.session = std::move(run.session);
+    parts.uncut = BoundarySurface(BandMesh(3000), BandMesh(3000).rest);
+    auto flag = hang;
+    parts.capture = std::make_shared<IntraoperativeCapture>(
+        [flag]() -> std::unique_ptr<FrameSource> { return std::make_unique<BandSource>(flag); },
+        options);
+    parts.sink = std::make_unique<LogSink>(log);
+    worker = std::make_unique<IntraoperativeWorker>(std::move(parts));
+  }
+  template <class F>
+  bool Sees(double seconds, F condition) {
+    return Within(seconds, [&] {
+      const auto latest = worker->Latest();
+      return latest && condition(*latest);
+    });
+  }
+  void Post(IntraoperativeDecision::Kind kind, int cut = -1) {
+    IntraoperativeDecision decision;
+    decision.kind = kind;
+    decision.cut = cut;
+    worker->Post(decision);
+  }
+  std::shared_ptr<Log> log = std::make_shared<Log>();
+  std::shared_ptr<std::atomic<bool>> hang = std::make_shared<std::atomic<bool>>(false);
+  std::unique_ptr<IntraoperativeWorker> worker;
+};
+
+using Kind = IntraoperativeDecision::Kind;
+
+TEST(Worker, AProposalIsAcceptedRejectedAndUndone) {
+  Scene scene(true);
+  ASSERT_TRUE(scene.Sees(20, [](const auto& s) {
+    return !s.cuts.empty() && s.cuts[0].state == CutItem::State::Proposed;
+  }));
+  EXPECT_FALSE(scene.worker->Latest()->proposed_lines.empty());
+  EXPECT_TRUE(scene.worker->Latest()->applied_lines.empty());
+  const int before = scene.worker->Latest()->tetrahedra;
+  scene.Post(Kind::AcceptCut, 0);
+  ASSERT_TRUE(scene.Sees(5, [&](const auto& s) {
+    return s.cuts[0].state == CutItem::State::Applied && s.tetrahedra > before;
+  }));
+  EXPECT_FALSE(scene.worker->Latest()->applied_lines.empty());
+  scene.Post(Kind::RejectCut, 0);
+  ASSERT_TRUE(scene.Sees(5, [&](const auto& s) {
+    return s.cuts[0].state == CutItem::State::Rejected && s.tetrahedra == before;
+  }));
+  scene.Post(Kind::Undo);
+  ASSERT_TRUE(scene.Sees(5, [&](const auto& s) {
+    return s.cuts[0].state == CutItem::State::Applied && s.tetrahedra > before;
+  }));
+  EXPECT_EQ(scene.worker->Latest()->said, "Undone: cut 1 is back.");
+  scene.worker->Stop();
+  EXPECT_TRUE(scene.log->finished);
+  for (const char* event : {"cut accepted", "cut rejected", "undone"})
+    EXPECT_TRUE(scene.log->Has(event)) << event;
+  for (std::size_t i = 0; i < scene.log->frames.size(); ++i)
+    ASSERT_EQ(scene.log->frames[i], int(i));
+}
+
+TEST(Worker, AFrozenSourceSwitchesTheOverlayOffUntilConfirmed) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  *scene.hang = true;
+  const auto start = Clock::now();
+  ASSERT_TRUE(scene.Sees(2, [](const auto& s) { return s.gate == GateState::Off; }));
+  EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 0.75);
+  EXPECT_NE(scene.worker->Latest()->reason.find("frozen"), std::string::npos);
+  std::this_thread::sleep_for(1200ms);
+  *scene.hang = false;
+  ASSERT_TRUE(scene.Sees(3, [](const auto& s) {
+    return s.source.kind == SourceState::Kind::Running && s.needs_confirmation;
+  }));
+  EXPECT_EQ(scene.worker->Latest()->gate, GateState::Off);
+  scene.Post(Kind::Confirm);
+  EXPECT_TRUE(scene.Sees(
+      3, [](const auto& s) { return s.gate != GateState::Off && !s.needs_confirmation; }));
+  EXPECT_TRUE(scene.log->Has("source lost"));
+  EXPECT_TRUE(scene.log->Has("registration confirmed"));
+}
+
+TEST(Worker, AFullDiskEndsTheRecordingNotTheSession) {
+  Scene scene(false, 10);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return !s.recording_problem.empty(); }));
+  EXPECT_NE(scene.worker->Latest()->recording_problem.find("disk is full"), std::string::npos);
+  EXPECT_FALSE(scene.worker->Latest()->recording);
+  const int frame = scene.worker->Latest()->frame.index;
+  EXPECT_TRUE(scene.Sees(5, [&](const auto& s) { return s.frame.index > frame + 5; }));
+  EXPECT_EQ(scene.log->recorded, 10);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <QCheckBox>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QPushButton>
+#include <QTableWidget>
+#include <QTemporaryDir>
+#include <QtTest>
+#include <filesystem>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
+#include "CaseIO/StudyFolder.h"
+#include "Intraoperative/qKerfIntraoperativeWidget.h"
+#include "Intraoperative/qKerfVideoView.h"
+#include "Pipelines/PlanPipeline.h"
+
+/// What the GUI tests share: a planned case of a study, the page in a window, and hands.
+namespace kerf::testing {
+
+inline std::string PlanStudyCase(const std::string& study_folder, const std::string& case_folder,
+                                 int tetrahedra) {
+  const Study study = OpenStudy(study_folder);
+  MeshingOptions meshing;
+  meshing.tetrahedra = tetrahedra;
+  Progress silent;
+  PlannedCase planned = PlanFromLabels(ReadLabelMap(study.labels), meshing, silent);
+  planned.camera = ReadCameraFile(study.camera);
+  planned.landmarks = ReadCaseLandmarks(study.landmarks);
+  WriteCase(planned, case_folder, {{"input", "labels.nii.gz"}});
+  return case_folder;
+}
+
+struct Page {
+  explicit Page(QSize size = {1500, 860}) {
+    qKerfIntraoperativeWidget::Services services;
+    services.say_problem = [this](const QString& text) { problems << text; };
+    widget = std::make_unique<qKerfIntraoperativeWidget>(std::move(services));
+    widget->resize(size);
+    widget->show();
+    (void)QTest::qWaitForWindowExposed(widget.get());
+    QApplication::setActiveWindow(widget.get());  // no window manager does it here
+  }
+  template <class T>
+  T* Find(const char* name) {
+    T* found = widget->findChild<T*>(name);
+    if (!found) qFatal("no %s", name);
+    return found;
+  }
+  void Click(const char* name) { QTest::mouseClick(Find<QWidget>(name), Qt::LeftButton); }
+  void Type(const char* name, const QString& text, bool enter = false) {
+    auto* line = Find<QLineEdit>(name);
+    line->setFocus();
+    line->clear();
+    QTest::keyClicks(line, text);
+    if (enter) QTest::keyClick(line, Qt::Key_Return);
+  }
+  void Key(Qt::Key key) { QTest::keyClick(widget->View(), key); }
+  QPoint At(const Vec2& pixel) {
+    return widget->View()->ToWidget(QPointF(pixel.x(), pixel.y())).toPoint();
+  }
+  void Drag(const Vec2& from, const Vec2& to, Qt::MouseButton button = Qt::LeftButton) {
+    auto* view = widget->View();
+    QTest::mousePress(view, button, {}, At(from));
+    for (int i = 1; i <= 12; ++i) {
+      const Vec2 p = from + (to - from) * (i / 12.0);
+      QMouseEvent move(QEvent::MouseMove, At(p), view->mapToGlobal(At(p)), Qt::NoButton, button,
+                       {});
+      QApplication::sendEvent(view, &move);
+    }
+    QTest::mouseRelease(view, button, {}, At(to));
+  }
+  std::shared_ptr<const IntraoperativeSnapshot> Latest() { return widget->Desk().Latest(); }
+  QString ChecksText() {
+    QString all;
+    auto* list = Find<QListWidget>("checks");
+    for (int i = 0; i < list->count(); ++i) all += list->item(i)->text() + "\n";
+    return all;
+  }
+  std::unique_ptr<qKerfIntraoperativeWidget> widget;
+  QStringList problems;
+};
+
+/// Share of pixels that differ by more than 12 of 255.
+inline double Difference(const QImage& a, const QImage& b) {
+  if (a.size() != b.size()) return 1.0;
+  int differ = 0;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) {
+      const QRgb p = a.pixel(x, y), q = b.pixel(x, y);
+      differ += std::abs(qRed(p) - qRed(q)) + std::abs(qGreen(p) - qGreen(q)) +
+                    std::abs(qBlue(p) - qBlue(q)) >
+                36;
+    }
+  return double(differ) / (a.width() * a.height());
+}
+
+inline QImage ToQImage(const Image& image) {
+  return QImage(image.data.data(), image.width, image.height, image.width * 3,
+                QImage::Format_BGR888)
+      .copy();
+}
+
+}  // namespace kerf::testing

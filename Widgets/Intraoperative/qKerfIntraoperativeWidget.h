@@ -1,0 +1,124 @@
+#pragma once
+
+#include <QPolygonF>
+#include <QTimer>
+#include <QWidget>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+
+#include "Pipelines/IntraoperativeDesk.h"
+
+class QAction;
+class QLabel;
+class QListWidget;
+class QPushButton;
+class QSplitter;
+class QStackedWidget;
+class qKerfCheckInPanel;
+class qKerfExposurePanel;
+class qKerfRunPanel;
+class qKerfVideoView;
+
+namespace kerf {
+class OverlayPainter;
+enum class OverlayPreset;
+}  // namespace kerf
+
+/// The Intraoperative module's page: check-in, exposure, run, close, beside the picture. Long work
+/// (reading a case, exporting) goes through `Services::run`; everything else answers at once.
+class qKerfIntraoperativeWidget : public QWidget {
+  Q_OBJECT
+ public:
+  /// What the host does for the page. Defaults work without a host.
+  struct Services {
+    /// Runs `work` off the GUI thread, then `done` or `failed` on it.
+    std::function<void(const QString& title, std::function<void(kerf::Progress&)> work,
+                       std::function<void()> done, std::function<void(const QString&)> failed)>
+        run;
+    std::function<void(const QString& problem)> say_problem;
+    std::function<void(const QString& text)> say;
+    std::function<void(const QString& id, QAction* action)> add_shortcut;
+  };
+  explicit qKerfIntraoperativeWidget(Services services = {}, QWidget* parent = nullptr);
+  ~qKerfIntraoperativeWidget() override;
+
+  enum Step { CheckIn, Exposure, Run, Close };
+  Step CurrentStep() const;
+  void OpenCase(const QString& folder);
+  void OpenSource(const QString& path);
+  void UseCamera(const QString& file);
+  /// Check-in and exposure without hands: the pose of the camera file is accepted (soak, scripts).
+  void StartWithGivenPose();
+  kerf::IntraoperativeDesk& Desk() { return desk_; }
+  /// Pictures shown with the overlay in the last second.
+  double ShownPerSecond() const;
+  /// Capture to shown, ms, of the last picture.
+  double Latency_ms() const { return latency_ms_; }
+  qKerfVideoView* View() { return view_; }
+  qKerfVideoView* RawView() { return raw_; }
+  void SetRawBeside(bool beside);
+  void SetFullScreen(bool full);
+  bool OverlayOn() const { return overlay_on_; }
+  /// Whether sessions are recorded; on unless said otherwise.
+  void SetRecording(bool record) { record_ = record; }
+
+ signals:
+  void StepChanged(int step);
+  void CaseOpened(const QString& folder);
+
+ private:
+  void MakeLayout();
+  void MakeKeys();
+  void ConnectCheckIn();
+  void ConnectExposure();
+  void ConnectRun();
+  void ShowStep(Step step);
+  void Try(const std::function<void()>& work);
+
+  void Tick();
+  void TickCheckIn();
+  void TickRun();
+  void PaintExposure();
+  void ShowLamp(const kerf::IntraoperativeSnapshot& snapshot);
+  void ShowFigures(const kerf::SourceState& source, double registered_fps);
+  void BeginExposure(bool fresh);
+  void Accept();
+  void EndSession();
+  void ExportAll();
+  void Post(kerf::IntraoperativeDecision::Kind kind, int cut = -1);
+  void DecideOnCut(bool accept);
+  void SetPreset(kerf::OverlayPreset preset);
+  void SetOverlay(bool on);
+  void SetDrawing(bool drawing);
+  void KeepSnapshot();
+
+  Services services_;
+  kerf::IntraoperativeDesk desk_;
+  std::unique_ptr<kerf::OverlayPainter> painter_;
+  QString painter_problem_;
+
+  qKerfCheckInPanel* check_in_;
+  qKerfExposurePanel* exposure_;
+  qKerfRunPanel* run_;
+  QWidget* close_;
+  QListWidget* exported_;
+  QPushButton* export_;
+  QLabel *close_text_, *lamp_, *margin_, *figures_;
+  QPushButton* steps_[4];
+  QStackedWidget* pages_;
+  QWidget* side_;
+  QSplitter* views_;
+  qKerfVideoView *view_, *raw_;
+  QTimer timer_;
+
+  Step step_ = CheckIn;
+  bool record_ = true, overlay_on_ = true, drawing_ = false, exposure_changed_ = true,
+       full_ = false;
+  double contour_fit_ = 0.0, latency_ms_ = 0.0;
+  QPolygonF stroke_;
+  std::shared_ptr<const kerf::IntraoperativeSnapshot> shown_;
+  std::chrono::steady_clock::time_point shown_picture_;
+  std::deque<std::chrono::steady_clock::time_point> shown_at_;
+};

@@ -1,0 +1,190 @@
+#include "Intraoperative/qKerfRunPanel.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QHeaderView>
+#include <QLabel>
+#include <QPushButton>
+#include <QSlider>
+#include <QTableWidget>
+#include <QVBoxLayout>
+
+#include "Session/IntraoperativeSnapshot.h"
+
+namespace {
+
+QPushButton* Button(const QString& text, const char* name, const QString& tip) {
+  auto* button = new QPushButton(text);
+  button->setObjectName(name);
+  button->setToolTip(tip);
+  button->setFocusPolicy(Qt::NoFocus);  // keys belong to the picture
+  button->setMinimumHeight(36);
+  return button;
+}
+
+QString StateWord(kerf::CutItem::State state) {
+  switch (state) {
+    case kerf::CutItem::State::Proposed:
+      return qKerfRunPanel::tr("proposed");
+    case kerf::CutItem::State::Applied:
+      return qKerfRunPanel::tr("in the model");
+    case kerf::CutItem::State::Rejected:
+      return qKerfRunPanel::tr("rejected");
+  }
+  return {};
+}
+
+}  // namespace
+
+qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
+  auto* layout = new QVBoxLayout(this);
+  confirm_ = Button(tr("The registration is right again (C)"), "confirm",
+                    tr("After a loss the overlay stays off until you say so."));
+  confirm_->setStyleSheet("background: #b3541e; color: white; font-weight: bold;");
+  confirm_->hide();
+  layout->addWidget(confirm_);
+
+  overlay_ = Button(tr("Overlay (O)"), "overlay", tr("Switches the overlay on and off."));
+  overlay_->setCheckable(true);
+  overlay_->setChecked(true);
+  layout->addWidget(overlay_);
+  auto* form = new QFormLayout;
+  preset_ = new QComboBox;
+  preset_->setObjectName("preset");
+  preset_->addItems({tr("Outline (1)"), tr("See-through (2)"), tr("Full (3)")});
+  preset_->setFocusPolicy(Qt::NoFocus);
+  form->addRow(tr("Shows"), preset_);
+  opacity_ = new QSlider(Qt::Horizontal);
+  opacity_->setObjectName("opacity");
+  opacity_->setRange(5, 100);
+  opacity_->setFocusPolicy(Qt::NoFocus);
+  form->addRow(tr("Opacity"), opacity_);
+  alarm_ = new QDoubleSpinBox;
+  alarm_->setObjectName("alarm");
+  alarm_->setRange(0, 50);
+  alarm_->setValue(5);
+  alarm_->setSuffix(tr(" mm"));
+  alarm_->setFocusPolicy(Qt::ClickFocus);
+  form->addRow(tr("Alarm below"), alarm_);
+  layout->addLayout(form);
+
+  hold_ = new QCheckBox(tr("Cuts wait to be accepted"));
+  hold_->setObjectName("hold");
+  hold_->setFocusPolicy(Qt::NoFocus);
+  layout->addWidget(hold_);
+  cuts_ = new QTableWidget(0, 5);
+  cuts_->setObjectName("cuts");
+  cuts_->setHorizontalHeaderLabels({tr("Cut"), tr("at"), tr("mm"), tr("sure"), tr("state")});
+  cuts_->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
+  cuts_->horizontalHeader()->setStretchLastSection(true);
+  cuts_->verticalHeader()->hide();
+  cuts_->setSelectionBehavior(QAbstractItemView::SelectRows);
+  cuts_->setSelectionMode(QAbstractItemView::SingleSelection);
+  cuts_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  cuts_->setFocusPolicy(Qt::NoFocus);
+  layout->addWidget(cuts_, 1);
+  auto* decide = new QHBoxLayout;
+  accept_ = Button(tr("Accept (A)"), "accept", tr("Cuts the model along the proposal."));
+  reject_ = Button(tr("Reject (R)"), "reject", tr("This is no cut: takes it out of the model."));
+  undo_ = Button(tr("Undo (Z)"), "undo", tr("Takes the last decision back."));
+  draw_ = Button(tr("Draw (D)"), "draw", tr("Draw a cut into the picture."));
+  draw_->setCheckable(true);
+  for (auto* button : {accept_, reject_}) decide->addWidget(button);
+  layout->addLayout(decide);
+  auto* change = new QHBoxLayout;
+  for (auto* button : {undo_, draw_}) change->addWidget(button);
+  layout->addLayout(change);
+  said_ = new QLabel;
+  said_->setObjectName("said");
+  said_->setWordWrap(true);
+  said_->setMinimumHeight(40);
+  layout->addWidget(said_);
+  auto* keep = new QHBoxLayout;
+  auto* snapshot = Button(tr("Snapshot (S)"), "snapshot", tr("Keeps this picture."));
+  auto* mark = Button(tr("Mark (M)"), "mark", tr("A mark in the journal."));
+  keep->addWidget(snapshot);
+  keep->addWidget(mark);
+  layout->addLayout(keep);
+  recording_ = new QLabel;
+  recording_->setObjectName("recording");
+  recording_->setWordWrap(true);
+  layout->addWidget(recording_);
+  auto* stop = Button(tr("End the session"), "stop", tr("Completes the recording; then export."));
+  layout->addWidget(stop);
+
+  connect(overlay_, &QPushButton::toggled, this, &qKerfRunPanel::OverlayToggled);
+  connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
+          [this](int index) { emit PresetChanged(static_cast<kerf::OverlayPreset>(index)); });
+  connect(opacity_, &QSlider::valueChanged, this,
+          [this](int percent) { emit OpacityChanged(percent / 100.0); });
+  connect(alarm_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
+          &qKerfRunPanel::MarginAlarmChanged);
+  connect(hold_, &QCheckBox::toggled, this, &qKerfRunPanel::HoldChanged);
+  connect(accept_, &QPushButton::clicked, this, &qKerfRunPanel::AcceptWanted);
+  connect(reject_, &QPushButton::clicked, this, &qKerfRunPanel::RejectWanted);
+  connect(undo_, &QPushButton::clicked, this, &qKerfRunPanel::UndoWanted);
+  connect(draw_, &QPushButton::toggled, this, &qKerfRunPanel::DrawToggled);
+  connect(confirm_, &QPushButton::clicked, this, &qKerfRunPanel::ConfirmWanted);
+  connect(snapshot, &QPushButton::clicked, this, &qKerfRunPanel::SnapshotWanted);
+  connect(mark, &QPushButton::clicked, this, &qKerfRunPanel::MarkWanted);
+  connect(stop, &QPushButton::clicked, this, &qKerfRunPanel::StopWanted);
+  const kerf::OverlayOptions standard;
+  preset_->setCurrentIndex(static_cast<int>(standard.preset));
+  opacity_->setValue(static_cast<int>(standard.organ_opacity * 100));
+}
+
+void qKerfRunPanel::SetPreset(kerf::OverlayPreset preset) {
+  preset_->setCurrentIndex(static_cast<int>(preset));
+}
+void qKerfRunPanel::SetDrawing(bool drawing) { draw_->setChecked(drawing); }
+void qKerfRunPanel::SetOverlay(bool on) { overlay_->setChecked(on); }
+bool qKerfRunPanel::HoldsCuts() const { return hold_->isChecked(); }
+void qKerfRunPanel::SetHoldsCuts(bool hold) { hold_->setChecked(hold); }
+double qKerfRunPanel::MarginAlarm_mm() const { return alarm_->value(); }
+
+int qKerfRunPanel::CurrentCut(const kerf::IntraoperativeSnapshot& snapshot,
+                              bool proposals_only) const {
+  const auto fits = [&](const kerf::CutItem& cut) {
+    return cut.state == kerf::CutItem::State::Proposed ||
+           (!proposals_only && cut.state == kerf::CutItem::State::Applied);
+  };
+  const int row = cuts_->currentRow();
+  for (const kerf::CutItem& cut : snapshot.cuts)
+    if (cut.number == row && fits(cut)) return cut.number;
+  for (auto cut = snapshot.cuts.rbegin(); cut != snapshot.cuts.rend(); ++cut)
+    if (fits(*cut)) return cut->number;
+  return -1;
+}
+
+void qKerfRunPanel::Update(const kerf::IntraoperativeSnapshot& snapshot) {
+  confirm_->setVisible(snapshot.needs_confirmation);
+  cuts_->setRowCount(static_cast<int>(snapshot.cuts.size()));
+  for (int row = 0; row < cuts_->rowCount(); ++row) {
+    const kerf::CutItem& cut = snapshot.cuts[row];
+    const QString texts[] = {
+        QString::number(cut.number + 1), QString::number(cut.time_s, 'f', 2) + " s",
+        QString::number(cut.length_mm, 'f', 0),
+        cut.drawn ? tr("drawn") : QString::number(cut.confidence * 100, 'f', 0) + " %",
+        StateWord(cut.state)};
+    for (int column = 0; column < 5; ++column) {
+      if (!cuts_->item(row, column)) cuts_->setItem(row, column, new QTableWidgetItem);
+      auto* item = cuts_->item(row, column);
+      if (item->text() != texts[column]) item->setText(texts[column]);
+      item->setForeground(cut.state == kerf::CutItem::State::Proposed ? QColor(255, 190, 60)
+                          : cut.state == kerf::CutItem::State::Rejected
+                              ? QColor(150, 150, 150)
+                              : palette().color(QPalette::Text));
+    }
+  }
+  accept_->setEnabled(CurrentCut(snapshot, true) >= 0);
+  reject_->setEnabled(CurrentCut(snapshot, false) >= 0);
+  said_->setText(QString::fromStdString(snapshot.said));
+  if (!snapshot.recording_problem.empty())
+    recording_->setText(
+        tr("<b style='color:#ff6e64'>Recording has stopped:</b> %1")
+            .arg(QString::fromStdString(snapshot.recording_problem).toHtmlEscaped()));
+  else
+    recording_->setText(snapshot.recording ? tr("● recording") : tr("not recorded"));
+}
