@@ -1,0 +1,40 @@
+#pragma once
+
+#include <QString>
+#include <QTemporaryDir>
+#include <memory>
+
+class QLabel;
+class QWidget;
+class qKerfMainWindow;
+
+/// Drives the window as a person does: by names of widgets, with mouse and keys.
+class GuiDriver {
+ public:
+  /// @param folder settings and autosaves of this run
+  explicit GuiDriver(const QString& folder);
+  ~GuiDriver();
+
+  qKerfMainWindow* Window() const { return window_.get(); }
+  QWidget* Find(const QString& name) const;
+  void Click(const QString& button) const;
+  QString Text(const QString& label) const;
+  QString Message() const;          ///< of the message bar; empty when it is closed
+  double Volume_ml(int row) const;  ///< as the label list says
+  int State(int step) const;        ///< 0 to do, 1 done, 2 problem
+  void Step(int step) const;
+  /// Drops a path onto the page, as from a file manager.
+  void Drop(const QString& path) const;
+  /// Waits until no job runs. @return false after the timeout
+  bool Idle(int timeout_ms = 60000) const;
+  /// Drag with the left button in a slice, in fractions of its size.
+  void Drag(const QString& view, double x0, double y0, double x1, double y1) const;
+  void ClickAt(const QString& view, double x, double y) const;
+  /// Answers the file dialog that `button` opens.
+  void ChooseFile(const QString& button, const QString& path) const;
+  /// Forgets unsaved work without a question, as a crash does.
+  void Abandon();
+
+ private:
+  std::unique_ptr<qKerfMainWindow> window_;
+};

@@ -1,0 +1,383 @@
+#include <QVTKOpenGLNativeWidget.h>
+
+#include <QAction>
+#include <QApplication>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QElapsedTimer>
+#include <QFile>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QProcess>
+#include <QSlider>
+#include <QSurfaceFormat>
+#include <QTest>
+#include <QToolButton>
+#include <csignal>
+#include <cstdio>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
+#include "Application/qKerfApplicationHost.h"
+#include "Application/qKerfMainWindow.h"
+#include "CaseIO/CaseFolder.h"
+#include "CaseIO/Markups.h"
+#include "Core/Camera.h"
+#include "GuiDriver.h"
+#include "Pipelines/PlanPipeline.h"
+#include "SmallCt.h"
+
+namespace {
+
+constexpr int kToDo = 0, kDone = 1, kProblem = 2;
+constexpr char kCrash[] = "--paint-and-be-killed";
+
+void Paint(const GuiDriver& gui) {
+  gui.Step(1);
+  gui.Click("toolPaint");
+  gui.Drag("sliceAxial", 0.35, 0.45, 0.6, 0.55);
+}
+
+/// The other process of the recovery test: paints, waits for the autosave, and is killed.
+int PaintAndBeKilled(const QString& folder, const QString& ct) {
+  GuiDriver gui(folder);
+  gui.Drop(ct);
+  gui.Idle();
+  Paint(gui);
+  const double painted = gui.Volume_ml(0);
+  const QString autosave = folder + "/work/planning/autosave.kerfwork";
+  if (!QTest::qWaitFor([&] { return QFile::exists(autosave); }, 20000)) return 1;
+  std::printf("%.1f\n", painted);
+  std::fflush(stdout);
+  std::raise(SIGKILL);
+  return 0;
+}
+
+}  // namespace
+
+/// The whole way from a CT to a case, with real events, on a small phantom.
+class PlanningGuiTest : public QObject {
+  Q_OBJECT
+ private slots:
+  void initTestCase();
+  void init();
+  void cleanup();
+  void StartsEmptyAndSaysWhatToDo();
+  void BadInputsAreSentences();
+  void PaintUndoRedoByKeys();
+  void SlicesAreLinked();
+  void CancelLeavesTheLabelsAlone();
+  void FromCtToCase();
+  void KilledAndRecovered();
+  void BothThemesAndSizes();
+
+ private:
+  QString Path(const QString& name) const { return folder_->filePath(name); }
+  std::unique_ptr<QTemporaryDir> folder_;
+  std::unique_ptr<GuiDriver> gui_;
+  QString ct_, camera_;
+};
+
+void PlanningGuiTest::initTestCase() {
+  folder_ = std::make_unique<QTemporaryDir>();
+  ct_ = Path("ct.nrrd");
+  kerf::WriteVolume(ct_.toStdString(), kerf::testing::SmallCt());
+  kerf::CameraModel camera;
+  camera.width = 960;
+  camera.height = 540;
+  camera.fx = camera.fy = 900;
+  camera.cx = 480;
+  camera.cy = 270;
+  camera_ = Path("camera.yml");
+  kerf::WriteCameraFile(camera_.toStdString(), camera);
+}
+
+void PlanningGuiTest::init() {
+  QDir(Path("run")).removeRecursively();
+  QDir().mkpath(Path("run"));
+  gui_ = std::make_unique<GuiDriver>(Path("run"));
+}
+
+void PlanningGuiTest::cleanup() { gui_.reset(); }
+
+void PlanningGuiTest::StartsEmptyAndSaysWhatToDo() {
+  QCOMPARE(gui_->Window()->Plugins().isEmpty(), false);
+  bool planning = false;
+  for (const qKerfPlugin& p : gui_->Window()->Plugins()) planning |= p.name == "planning";
+  QVERIFY(planning);
+  for (int step = 0; step < 6; ++step) QCOMPARE(gui_->State(step), kToDo);
+  QVERIFY(gui_->Text("stepSentence").contains("Open a CT"));
+  QVERIFY(!gui_->Find("segmentButton")->isEnabled());
+  QVERIFY(!gui_->Find("saveButton")->isEnabled());
+  QVERIFY(gui_->Find("recoveryBar")->isHidden());
+}
+
+void PlanningGuiTest::BadInputsAreSentences() {
+  QFile text(Path("letter.nii"));
+  QVERIFY(text.open(QIODevice::WriteOnly));
+  text.write("Dear colleague");
+  text.close();
+  gui_->Drop(Path("letter.nii"));
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().contains("letter.nii"), qPrintable(gui_->Message()));
+  QCOMPARE(gui_->State(0), kToDo);
+  gui_->Drop(Path("missing.nrrd"));
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().contains("missing.nrrd"), qPrintable(gui_->Message()));
+  // A camera file that is none: the CT stays, the sentence says what to choose.
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  QCOMPARE(gui_->State(0), kDone);
+  gui_->Step(4);
+  gui_->ChooseFile("openCameraButton", Path("letter.nii"));
+  QVERIFY2(gui_->Message().contains("camera.yml"), qPrintable(gui_->Message()));
+  gui_->Step(1);
+  gui_->ChooseFile("importLabelsButton", Path("letter.nii"));
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().contains("letter.nii"), qPrintable(gui_->Message()));
+  // Seeds nowhere and nothing to find: a kidney in nothing but fat.
+  kerf::Volume fat = kerf::testing::SmallCt();
+  fat.voxels = std::make_shared<std::vector<std::int16_t>>(fat.grid.VoxelCount(), -100);
+  kerf::WriteVolume(Path("fat.nrrd").toStdString(), fat);
+  gui_->Drop(Path("fat.nrrd"));
+  QVERIFY(gui_->Idle());
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY(!gui_->Message().isEmpty());
+  QCOMPARE(gui_->Volume_ml(0), 0.0);
+}
+
+void PlanningGuiTest::PaintUndoRedoByKeys() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  Paint(*gui_);
+  const double first = gui_->Volume_ml(0);
+  QVERIFY2(first > 0.1, qPrintable(QString::number(first)));
+  gui_->Drag("sliceCoronal", 0.4, 0.4, 0.6, 0.6);
+  const double second = gui_->Volume_ml(0);
+  QVERIFY(second > first);
+  auto* undo = gui_->Window()->findChild<QAction*>("undoAction");
+  QCOMPARE(undo->text().remove('&'), QString("Undo: paint"));
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), first);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
+  QVERIFY(!undo->isEnabled());
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), first);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), second);
+  // The eraser takes away, a seed is a step of its own.
+  QTest::keyClick(gui_->Window(), Qt::Key_4);
+  gui_->Drag("sliceAxial", 0.3, 0.45, 0.65, 0.55);
+  QVERIFY(gui_->Volume_ml(0) < second);
+  QCOMPARE(undo->text().remove('&'), QString("Undo: erase"));
+  QTest::keyClick(gui_->Window(), Qt::Key_2);
+  gui_->ClickAt("sliceAxial", 0.5, 0.5);
+  QCOMPARE(undo->text().remove('&'), QString("Undo: place organ seed"));
+}
+
+void PlanningGuiTest::SlicesAreLinked() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  const QImage before = gui_->Find("sliceCoronal")->grab().toImage();
+  gui_->ClickAt("sliceAxial", 0.5, 0.3);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceCoronal")->grab().toImage() != before);
+  const QImage axial = gui_->Find("sliceAxial")->grab().toImage();
+  QTest::keyClick(gui_->Find("sliceAxial"), Qt::Key_Up);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceAxial")->grab().toImage() != axial);
+  // A window preset brightens or darkens the picture.
+  const QImage grey = gui_->Find("sliceSagittal")->grab().toImage();
+  auto* window = qobject_cast<QComboBox*>(gui_->Find("windowChoice"));
+  window->setFocus();
+  QTest::keyClick(window, Qt::Key_Down);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceSagittal")->grab().toImage() != grey);
+}
+
+void PlanningGuiTest::CancelLeavesTheLabelsAlone() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  Paint(*gui_);
+  const double painted = gui_->Volume_ml(0);
+  const auto steps = gui_->Window()->Host()->Undo().Count();
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Window()->Host()->Jobs().IsBusy());
+  QTRY_VERIFY(gui_->Find("jobCancel")->isVisible());
+  QElapsedTimer clock;
+  clock.start();
+  gui_->Click("jobCancel");
+  QVERIFY(gui_->Idle(15000));
+  QCOMPARE(gui_->Volume_ml(0), painted);
+  QCOMPARE(gui_->Window()->Host()->Undo().Count(), steps);
+  QVERIFY(!gui_->Find("jobCancel")->isVisible());
+  QVERIFY(gui_->Message().isEmpty());
+}
+
+void PlanningGuiTest::FromCtToCase() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  QCOMPARE(gui_->State(0), kDone);
+  gui_->Step(1);
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Idle());
+  const double organ = gui_->Volume_ml(0) + gui_->Volume_ml(1) + gui_->Volume_ml(2);
+  QVERIFY2(std::abs(organ - 79.6) < 6, qPrintable(QString::number(organ)));
+  QVERIFY2(gui_->Volume_ml(1) > 0.7, "tumour");
+  QVERIFY2(gui_->Volume_ml(2) > 0.5, "inner structure");
+
+  gui_->Step(2);
+  qobject_cast<QSlider*>(gui_->Find("tetrahedraSlider"))->setValue(20);
+  gui_->Click("meshButton");
+  QVERIFY(gui_->Idle());
+  QCOMPARE(gui_->State(2), kDone);
+  QVERIFY(gui_->Text("meshReport").contains("Tetrahedra"));
+
+  // A line across the organ, seen from the front, left of its middle.
+  gui_->Step(3);
+  gui_->Click("lookFromA");
+  QTest::qWait(100);
+  gui_->Click("drawLineButton");
+  for (const double y : {0.22, 0.36, 0.5, 0.64, 0.78}) gui_->ClickAt("sceneCanvas", 0.5, y);
+  gui_->Click("drawLineButton");
+  QTest::qWait(50);
+  qobject_cast<QDoubleSpinBox*>(gui_->Find("depthSpin"))->setValue(60);
+  gui_->Click("measureButton");
+  QVERIFY(gui_->Idle());
+  const QString measures = gui_->Text("measures");
+  QVERIFY2(measures.contains("Remnant"), qPrintable(measures + gui_->Text("measureNote")));
+  QVERIFY2(measures.contains("Sheet to tumour"), qPrintable(measures));
+
+  gui_->Step(4);
+  gui_->ChooseFile("openCameraButton", camera_);
+  QVERIFY2(gui_->Text("cameraInfo").contains("960"), qPrintable(gui_->Message()));
+  gui_->Click("placeLandmarksButton");
+  for (const auto& [x, y] : {std::pair(0.4, 0.4), {0.6, 0.4}, {0.4, 0.6}, {0.6, 0.6}})
+    gui_->ClickAt("sceneCanvas", x, y);
+  QTRY_COMPARE(qobject_cast<QListWidget*>(gui_->Find("landmarkList"))->count(), 4);
+
+  gui_->Step(5);
+  auto* folder = qobject_cast<QLineEdit*>(gui_->Find("caseFolderEdit"));
+  QTest::keyClicks(folder, Path("case"));
+  QVERIFY(gui_->Find("saveButton")->isEnabled());
+  gui_->Click("saveButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->State(5) == kDone, qPrintable(gui_->Message()));
+  QCOMPARE(gui_->Window()->Host()->CurrentCase(), Path("case"));
+  QVERIFY(!QFile::exists(Path("run/work/planning/autosave.kerfwork")));
+
+  // The files, checked against their hashes, as replay opens them.
+  const kerf::CaseFolder opened = kerf::CaseFolder::Open(Path("case").toStdString());
+  for (const char* role : {"ct", "segmentation", "organ_mesh", "organ_surface", "tumour",
+                           "internal", "camera", "landmarks", "plan", "preview"})
+    QVERIFY2(opened.Has(role), role);
+  const kerf::PlannedCase read = kerf::ReadCase(Path("case").toStdString());
+  QCOMPARE(int(read.landmarks.size()), 4);
+  QCOMPARE(read.camera->width, 960);
+  QVERIFY(read.report.quality.manifold_boundary);
+  const auto line = kerf::ReadMarkups(opened.Path("plan"));
+  QCOMPARE(line[0].type, std::string("Curve"));
+  QCOMPARE(int(line[0].points.size()), 5);
+
+  // `kerf plan` makes the same mesh of the same CT, bit for bit.
+  kerf::PlanRequest request;
+  request.input = ct_.toStdString();
+  request.meshing.tetrahedra = std::stoi(opened.Manifest().provenance.at("tetrahedra_wanted"));
+  kerf::Progress silent;
+  const kerf::PlannedCase planned = kerf::Plan(request, silent);
+  QCOMPARE(read.mesh.TetCount(), planned.mesh.TetCount());
+  QVERIFY(read.mesh.rest == planned.mesh.rest);
+  QVERIFY(read.mesh.tets == planned.mesh.tets);
+  QCOMPARE(opened.Manifest().provenance.at("input_sha256"), planned.provenance.at("input_sha256"));
+
+  // A change afterwards makes the mesh stale and says so; undo brings it back.
+  gui_->Step(1);
+  gui_->Click("toolErase");
+  gui_->Drag("sliceAxial", 0.3, 0.5, 0.7, 0.5);
+  QTRY_COMPARE(gui_->State(2), kProblem);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTRY_COMPARE(gui_->State(2), kDone);
+
+  // The case is in the browser and opens again.
+  gui_->Abandon();
+  gui_ = std::make_unique<GuiDriver>(Path("run"));
+  gui_->Window()->ShowPage("cases");
+  auto* cases = qobject_cast<QListWidget*>(gui_->Find("caseList"));
+  QCOMPARE(cases->count(), 1);
+  QVERIFY2(cases->item(0)->text().contains("ready for the operating room"),
+           qPrintable(cases->item(0)->text()));
+  gui_->Click("openCaseButton");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->State(2), kDone);
+  QVERIFY(std::abs(gui_->Volume_ml(0) + gui_->Volume_ml(1) + gui_->Volume_ml(2) - organ) < 0.2);
+}
+
+void PlanningGuiTest::KilledAndRecovered() {
+  gui_.reset();
+  const QString run = Path("killed");
+  QDir().mkpath(run);
+  QProcess child;
+  child.start(QCoreApplication::applicationFilePath(), {kCrash, run, ct_});
+  QVERIFY(child.waitForFinished(60000));
+  QCOMPARE(child.exitStatus(), QProcess::CrashExit);
+  const double painted = child.readAllStandardOutput().trimmed().toDouble();
+  QVERIFY(painted > 0);
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  gui_->Click("recoverButton");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->Volume_ml(0), painted);
+  QVERIFY(gui_->Find("recoveryBar")->isHidden());
+  gui_->Abandon();
+  // Once more, and thrown away this time.
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  gui_->Click("discardButton");
+  gui_->Abandon();
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isHidden());
+}
+
+void PlanningGuiTest::BothThemesAndSizes() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  auto* dark = gui_->Window()->findChild<QAction*>("darkAction");
+  QVERIFY(dark->isChecked());
+  const QColor before = gui_->Window()->palette().color(QPalette::Window);
+  dark->trigger();
+  QTest::qWait(50);
+  QVERIFY(gui_->Window()->palette().color(QPalette::Window).lightness() > before.lightness() + 100);
+  for (const QSize& size : {QSize(1280, 800), QSize(1920, 1080)}) {
+    gui_->Window()->resize(size);
+    QTest::qWait(100);
+    QCOMPARE(gui_->Window()->size(), size);
+    for (int step = 0; step < 6; ++step) {
+      gui_->Step(step);
+      QTest::qWait(20);
+      // Nothing of a panel is cut off at its right edge.
+      for (const char* name : {"openFolderButton", "segmentButton", "meshButton", "drawLineButton",
+                               "openCameraButton", "saveButton"}) {
+        QWidget* w = gui_->Find(name);
+        if (!w->isVisible()) continue;
+        const int right = w->mapTo(gui_->Window(), QPoint(w->width(), 0)).x();
+        QVERIFY2(right <= gui_->Find("sliceAxial")->mapTo(gui_->Window(), QPoint()).x(), name);
+      }
+    }
+  }
+}
+
+int main(int argc, char** argv) {
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  QApplication app(argc, argv);
+  setlocale(LC_NUMERIC, "C");
+  if (argc == 4 && QString(argv[1]) == kCrash) return PaintAndBeKilled(argv[2], argv[3]);
+  PlanningGuiTest test;
+  return QTest::qExec(&test, argc, argv);
+}
+
+#include "PlanningGuiTest.moc"

@@ -1,0 +1,35 @@
+#include "SmallCt.h"
+
+#include <cmath>
+#include <random>
+
+namespace kerf::testing {
+
+Volume SmallCt() {
+  Volume ct;
+  ct.grid.size = {52, 40, 38};
+  ct.grid.spacing_mm = Vec3::Constant(2);
+  ct.grid.origin_mm = -(ct.grid.size.cast<double>() - Vec3::Ones());
+  ct.source = "small ct";
+  auto voxels = std::make_shared<std::vector<std::int16_t>>(ct.grid.VoxelCount());
+  std::mt19937 random(7);
+  std::size_t at = 0;
+  for (int k = 0; k < ct.grid.size[2]; ++k)
+    for (int j = 0; j < ct.grid.size[1]; ++j)
+      for (int i = 0; i < ct.grid.size[0]; ++i, ++at) {
+        const Vec3 p = ct.grid.WorldFromIndex(Vec3(i, j, k));
+        const double organ = p.cwiseQuotient(Vec3(36, 24, 22)).norm();
+        double hu = -100;
+        if (organ < 1) hu = 165;
+        if ((p - Vec3(16, -8, 2)).norm() < 7) hu = 80;
+        if (std::hypot(p[1] - 3, p[2] + 1) < 4 && p[0] > -22 && p[0] < 2) hu = 400;
+        // Sum of uniforms: the same on every platform, unlike std::normal_distribution.
+        double noise = -6;
+        for (int n = 0; n < 12; ++n) noise += random() / 4294967296.0;
+        (*voxels)[at] = static_cast<std::int16_t>(std::lround(hu + 4 * noise));
+      }
+  ct.voxels = std::move(voxels);
+  return ct;
+}
+
+}  // namespace kerf::testing
