@@ -10,17 +10,21 @@ namespace {
 constexpr double kAside_mm = 0.3;   // a lip is bound this far beside the line: on its own side of S
 constexpr double kParted_mm = 6.0;  // neighbouring points farther apart than this are no line
 
-Embedding BindToTriangles(const Points& points, const SurfaceTree& tree, const Triangles& triangles,
-                          const std::vector<Index>& tet_of_triangle, const Tets& tets) {
+/// Binds a line to the tetrahedra that the points `aside` of it lie upon: it goes with their side.
+Embedding BindAside(const Points& line, const Points& aside, const SurfaceTree& tree,
+                    const std::vector<Index>& tet_of_triangle, const TetMesh& mesh) {
   Embedding out;
-  out.tet.resize(points.rows());
-  out.weights = Weights4::Zero(points.rows(), 4);
-  for (Index i = 0; i < points.rows(); ++i) {
-    const SurfaceHit hit = tree.Closest(points.row(i).transpose());
-    out.tet[i] = tet_of_triangle[hit.triangle];
-    for (int k = 0; k < 3; ++k)
-      for (int c = 0; c < 4; ++c)
-        if (tets(out.tet[i], c) == triangles(hit.triangle, k)) out.weights(i, c) += hit.weights[k];
+  out.tet.resize(line.rows());
+  out.weights.resize(line.rows(), 4);
+  const auto corner = [&](Index tet, int c) -> Vec3 {
+    return mesh.rest.row(mesh.tets(tet, c)).transpose();
+  };
+  for (Index i = 0; i < line.rows(); ++i) {
+    const Index t = tet_of_triangle[tree.Closest(aside.row(i).transpose()).triangle];
+    out.tet[i] = t;
+    out.weights.row(i) = BarycentricWeights(line.row(i).transpose(), corner(t, 0), corner(t, 1),
+                                            corner(t, 2), corner(t, 3))
+                             .transpose();
   }
   return out;
 }
@@ -77,27 +81,26 @@ void CutView::Rebind(const RegistrationState& state) {
   const Index cut_count = static_cast<Index>(std::count(is_cut.begin(), is_cut.end(), 1));
   faces_.resize(cut_count, 3);
   // The outer surface alone: its lips meet at S, and each side has triangles of its own.
-  Triangles outer(all.rows() - cut_count, 3), outer_rest(outer.rows(), 3);
+  Triangles outer(all.rows() - cut_count, 3);
   std::vector<Index> tet_of_outer;
   Index to_cut = 0, to_outer = 0;
   for (Index t = 0; t < all.rows(); ++t) {
     if (is_cut[t]) {
       faces_.row(to_cut++) = all.row(t);
     } else {
-      outer_rest.row(to_outer) = rest.triangles.row(t);
-      outer.row(to_outer++) = all.row(t);
+      outer.row(to_outer++) = rest.triangles.row(t);
       tet_of_outer.push_back(tet_of_face[t]);
     }
   }
   if (outer.rows() == 0) return;
-  const SurfaceTree tree(SurfaceMesh{rest.points, outer_rest});
+  const SurfaceTree tree(SurfaceMesh{rest.points, outer});
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
     for (const Points& run : Runs(LineOnSurface(cut.line, cut.direction, *state.uncut)))
       for (const double side : {-kAside_mm, kAside_mm}) {
         lip_cuts_.push_back(static_cast<int>(c));
-        bound_.push_back(BindToTriangles(Aside(run, cut.direction, side), tree, outer, tet_of_outer,
-                                         state.mesh.tets));
+        bound_.push_back(
+            BindAside(run, Aside(run, cut.direction, side), tree, tet_of_outer, state.mesh));
       }
   }
 }

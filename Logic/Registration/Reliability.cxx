@@ -13,8 +13,9 @@ namespace {
 
 constexpr double kInlier_mm =
     3.0;  // a feature farther from its model point than this speaks against the model
-constexpr double kDepthShare =
-    0.20;  // 1 σ of unseen depth motion per mm of mean feature motion (docs/validation.md)
+// 1 σ of what no residual shows: the accepted registration and the segmentation, mm, and depth, per
+// mm of mean feature motion (docs/reference/tracking.md).
+constexpr double kAtRest_mm = 0.8, kDepthShare = 0.3;
 constexpr double kGreen = 0.5, kAmber = 0.2;  // scores from which the gate lets through
 constexpr std::size_t kNeighbours = 6;        // of a neighbourhood, the feature itself included
 constexpr double kBesideSpacings = 2.5;       // a feature this near covers a place
@@ -152,9 +153,9 @@ Reliability AssessReliability(const RegistrationState& state, const CameraModel&
               : out.score >= kAmber ? GateState::Amber
                                     : GateState::Off;
   out.reason = out.state == GateState::Green ? "ok" : worst->reason;
-  out.tumour_u95_mm = HasTumour(state)
-                          ? 1.96 * std::hypot(out.residual_mm, kDepthShare * residuals.motion_mm)
-                          : std::numeric_limits<double>::quiet_NaN();
+  const double unseen_mm = std::hypot(kAtRest_mm, kDepthShare * residuals.motion_mm);
+  out.tumour_u95_mm = HasTumour(state) ? 1.96 * std::hypot(out.residual_mm, unseen_mm)
+                                       : std::numeric_limits<double>::quiet_NaN();
   return out;
 }
 

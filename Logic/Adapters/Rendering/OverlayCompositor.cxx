@@ -219,12 +219,12 @@ void OverlayCompositor::PaintMargin(const CameraModel& camera, const OverlayScen
   const int dashes = std::max(12, static_cast<int>(0.25 * std::hypot(w, box.y1 - box.y0)));
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
+      if (tumour[std::size_t(y) * inside.width + x]) continue;  // a small bound hugs the tumour
       const double off = std::abs(distance[std::size_t(y - box.y0) * w + x - box.x0] - radius);
       if (off >= 1.5) continue;
       const double angle = std::atan2(y - middle.y(), x - middle.x()) + M_PI;
       const bool dash = static_cast<int>(angle / (2 * M_PI) * dashes * 2) % 2 == 0;
-      if (off < 1.5 && dash)
-        line_.Row(y)[x] = static_cast<std::uint8_t>(255 * (1.5 - std::max(0.5, off)));
+      if (dash) line_.Row(y)[x] = static_cast<std::uint8_t>(255 * (1.5 - std::max(0.5, off)));
     }
   Stroke(box, kTumour, 0.9, bgr);
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "Adapters/Rendering/CoverageMap.h"
 #include "Adapters/Rendering/ImageEncoding.h"
@@ -245,6 +246,20 @@ TEST_F(Overlay, AMarginBelowTheAlarmIsRed) {
   };
   EXPECT_GT(reddest(3.0), 100);
   EXPECT_LT(reddest(8.0), 30);
+}
+
+TEST_F(Overlay, ASmallBoundHugsTheTumourAndLeavesItsInsideAlone) {
+  phantom.scene.status.tumour_u95_mm = std::numeric_limits<double>::quiet_NaN();
+  const Image without = OverlayRenderer(phantom.lens, plain).Render(phantom.scene);
+  phantom.scene.status.tumour_u95_mm = 0.05;
+  const Image with = OverlayRenderer(phantom.lens, plain).Render(phantom.scene);
+  for (const OverlayStructure& s : phantom.scene.structures) {
+    if (s.kind != OverlayStructure::Kind::Tumour) continue;
+    const Vec2 middle = phantom.lens.Project(s.current->points.colwise().mean().transpose());
+    for (int d = -4; d <= 4; ++d)
+      EXPECT_EQ(At(with, middle + Vec2(d, 0)), At(without, middle + Vec2(d, 0))) << d;
+  }
+  EXPECT_NE(with.data, without.data) << "the ring is there";
 }
 
 TEST_F(Overlay, FeaturesAreDrawnInTheColourOfTheirState) {
