@@ -108,7 +108,7 @@ class BlankSource : public FrameSource {
 };
 
 CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Progress& progress,
-                          JournalData* accepted) {
+                          JournalData* accepted, std::vector<LandmarkFit>* fits) {
   CameraModel camera = ReadCameraFile(study.camera);
   accepted->push_back({"source", request.registration == ReplayRequest::InitialPose::Given
                                      ? "camera.yml"
@@ -129,6 +129,10 @@ CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Prog
                                 result.residual_px.data() + result.residual_px.size()),
       left_out;
   for (Index row : result.outliers) left_out.push_back(landmarks[row].id);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const bool outlier = std::count(result.outliers.begin(), result.outliers.end(), Index(i)) > 0;
+    fits->push_back({landmarks[i].id, result.residual_px[i], result.residual_mm[i], outlier});
+  }
   accepted->push_back({"residual_px", residuals});
   accepted->push_back({"rms_px", result.rms_px});
   accepted->push_back({"outlier_ids", left_out});
@@ -251,8 +255,9 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   request.method.Validate();
 
   // Everything that can be wrong with the inputs is found before the planning takes its time.
+  ReplayResult result;
   JournalData accepted;
-  const CameraModel camera = InitialCamera(request, study, progress, &accepted);
+  const CameraModel camera = InitialCamera(request, study, progress, &accepted, &result.landmarks);
   std::unique_ptr<FeatureTracker> tracker;
   std::unique_ptr<FrameSource> source;
   VideoSource* video = nullptr;
@@ -296,7 +301,6 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   RegistrationSession session(std::move(planned.mesh), std::move(planned.structures), camera,
                               request.method, std::move(tracker),
                               request.tracks ? nullptr : MakeVideoOrganSegmenter());
-  ReplayResult result;
   std::vector<double> totals;
   const int frame_count = source->FrameCount();
   const std::vector<int> to_write =

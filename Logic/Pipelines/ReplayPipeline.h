@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "Core/Progress.h"
 #include "Registration/MethodOptions.h"
@@ -29,7 +30,15 @@ struct ReplayRequest {
   MethodOptions method;
 };
 
+/// How an initial registration from landmarks fits one of them.
+struct LandmarkFit {
+  int id = 0;
+  double residual_px = 0.0, residual_mm = 0.0;
+  bool outlier = false;  ///< contradicts the others
+};
+
 struct ReplayResult {
+  std::vector<LandmarkFit> landmarks;  ///< in the file's order; empty with the given pose
   int frames = 0;
   int cuts = 0;
   GateState final_gate = GateState::Off;

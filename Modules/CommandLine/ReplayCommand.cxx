@@ -62,6 +62,23 @@ void BuildRequest(const CLI::App& command, const CommandContext& context, Replay
   r.method.Validate();
 }
 
+/// One line for each landmark that the initial registration was made from.
+void PrintLandmarks(const std::vector<LandmarkFit>& landmarks, CommandContext& context) {
+  if (landmarks.empty()) return;
+  std::string text = "Initial registration from landmarks, residuals:\n";
+  context.result["landmarks"] = nlohmann::json::array();
+  for (const LandmarkFit& fit : landmarks) {
+    text += fmt::format("  landmark {:<4} {:6.2f} px {:6.2f} mm{}\n", fit.id, fit.residual_px,
+                        fit.residual_mm, fit.outlier ? "   outlier: contradicts the others" : "");
+    context.result["landmarks"].push_back({{"id", fit.id},
+                                           {"residual_px", fit.residual_px},
+                                           {"residual_mm", fit.residual_mm},
+                                           {"outlier", fit.outlier}});
+  }
+  text.pop_back();
+  context.Print(text);
+}
+
 void Run(const CLI::App& command, CommandContext& context, ReplayArguments* a) {
   context.progress = MakeShellProgress(context.quiet);
   BuildRequest(command, context, a);
@@ -75,6 +92,7 @@ void Run(const CLI::App& command, CommandContext& context, ReplayArguments* a) {
                     {"p99_ms", result.p99_ms},
                     {"results", a->request.results}};
   if (result.broken) context.result["broken"] = *result.broken;
+  PrintLandmarks(result.landmarks, context);
   context.Print(fmt::format(
       "{} frames, {} cut{}, gate {} at the end ({}); {:.1f} ms a frame (99 %: {:.1f} ms)\n"
       "Results: {}\nResearch use, not a medical device.",

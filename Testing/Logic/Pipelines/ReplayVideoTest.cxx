@@ -70,8 +70,10 @@ class ReplayVideo : public ::testing::Test {
   void Spill(const std::string& name, const std::string& bytes) const {
     std::ofstream(Study(name), std::ios::binary) << bytes;
   }
-  ReplayResult Run() const {
+  ReplayResult Run(
+      ReplayRequest::InitialPose registration = ReplayRequest::InitialPose::Given) const {
     ReplayRequest request;
+    request.registration = registration;
     request.study = folder_ / "study";
     request.results = folder_ / "results";
     request.tetrahedra = 300;
@@ -169,6 +171,33 @@ TEST_F(ReplayVideo, ABreakInTheMiddleKeepsWhatWasDoneAndSaysSo) {
       << "the last frame that could be read is written";
   EXPECT_THAT(Slurp(Results("journal.jsonl")), HasSubstr("source broken"));
   EXPECT_THAT(Slurp(Results("report.html")), HasSubstr("breaks at frame"));
+}
+
+TEST_F(ReplayVideo, LandmarksTellTheirResidualsAndTheWrongOneIsNamed) {
+  WriteH264("video.mp4", 3);
+  {
+    std::ofstream file(Study("landmarks.csv"));
+    file << "id,x_mm,y_mm,z_mm,u_px,v_px\n";
+    int id = 10;
+    for (const double x : {-30.0, 0.0, 30.0})
+      for (const double y : {-15.0, 16.0}) {
+        const Vec3 p(x, y, std::abs(x) > 1 ? -6 : 6);
+        Vec2 pixel = camera_.Project(p);
+        if (id == 13) pixel.x() += 25;
+        file << id++ << ',' << -p.x() << ',' << -p.y() << ',' << p.z() << ',' << pixel.x() << ','
+             << pixel.y() << '\n';
+      }
+  }
+  const ReplayResult result = Run(ReplayRequest::InitialPose::Landmarks);
+  ASSERT_EQ(result.landmarks.size(), 6u);
+  for (const LandmarkFit& fit : result.landmarks) {
+    EXPECT_EQ(fit.outlier, fit.id == 13);
+    if (fit.id == 13)
+      EXPECT_NEAR(fit.residual_px, 25, 2);
+    else
+      EXPECT_LT(fit.residual_px, 1.0);
+  }
+  EXPECT_THAT(Slurp(Results("journal.jsonl")), HasSubstr("\"outlier_ids\":[13"));
 }
 
 TEST_F(ReplayVideo, StagesAndTotalAgree) {
