@@ -196,23 +196,34 @@ void IntraoperativeDesk::BeginExposure() {
                                                      planned_->landmarks, start);
 }
 
+std::vector<IntraoperativeDecision> IntraoperativeDesk::CutsOf(const std::string& session,
+                                                               const Vec3& direction) const {
+  std::vector<IntraoperativeDecision> out;
+  const fs::path cuts = fs::path(session) / "cuts.json";
+  if (!fs::exists(cuts)) return out;
+  for (const CutRecord& cut : ReadCutsFile(cuts.string())) {
+    IntraoperativeDecision again;
+    again.kind = IntraoperativeDecision::Kind::DrawCut;
+    again.line = cut.polyline_rest;
+    again.direction = direction;
+    again.depth_mm = cut.depth_mm;
+    if (again.line.rows() > 1) out.push_back(again);
+  }
+  return out;
+}
+
 int IntraoperativeDesk::Resume(const std::string& session) {
   const CameraModel camera = ReadCameraFile((fs::path(session) / "camera.yml").string());
-  resumed_.clear();
-  const fs::path cuts = fs::path(session) / "cuts.json";
-  if (fs::exists(cuts))
-    for (const CutRecord& cut : ReadCutsFile(cuts.string())) {
-      IntraoperativeDecision again;
-      again.kind = IntraoperativeDecision::Kind::DrawCut;
-      again.line = cut.polyline_rest;
-      again.direction = camera.ViewDirection();
-      again.depth_mm = cut.depth_mm;
-      if (again.line.rows() > 1) resumed_.push_back(again);
-    }
+  resumed_ = CutsOf(session, camera.ViewDirection());
   given_pose_ = camera.camera_from_world;
   exposure_.reset();
   BeginExposure();
   return static_cast<int>(resumed_.size());
+}
+
+void IntraoperativeDesk::EndToRegisterAgain() {
+  Stop();
+  if (!session_path_.empty()) resumed_ = CutsOf(session_path_, camera_.ViewDirection());
 }
 
 void IntraoperativeDesk::Accept(const RunOptions& options) {

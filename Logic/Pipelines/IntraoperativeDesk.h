@@ -61,6 +61,9 @@ class IntraoperativeDesk {
   /// Takes over pose and cuts of an unfinished session. @return how many cuts; @throws InputError
   int Resume(const std::string& session);
 
+  /// Ends the run to register anew; its cuts are drawn again after the next acceptance.
+  void EndToRegisterAgain();
+
   // Run
   struct RunOptions {
     bool hold_cuts = false;
@@ -96,6 +99,9 @@ class IntraoperativeDesk {
  private:
   bool IsLive() const;
   bool IsVideoFile() const;
+  /// Decisions that draw the cuts of a session again.
+  std::vector<IntraoperativeDecision> CutsOf(const std::string& session,
+                                             const Vec3& direction) const;
 
   std::string case_folder_, pseudonym_, camera_file_, source_path_, session_path_;
   std::shared_ptr<const PlannedCase> planned_;

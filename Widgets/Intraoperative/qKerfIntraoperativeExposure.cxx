@@ -87,7 +87,7 @@ void qKerfIntraoperativeWidget::ConnectExposure() {
 }
 
 void qKerfIntraoperativeWidget::BeginExposure(bool fresh) {
-  if (desk_.Running()) desk_.Stop();
+  if (desk_.Running()) desk_.EndToRegisterAgain();
   Try([&] {
     if (fresh) desk_.BeginExposure();
     shown_.reset();

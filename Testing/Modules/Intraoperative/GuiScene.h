@@ -97,6 +97,17 @@ inline double Difference(const QImage& a, const QImage& b) {
   return double(differ) / (a.width() * a.height());
 }
 
+inline Image FromQImage(const QImage& picture) {
+  const QImage bgr = picture.convertToFormat(QImage::Format_BGR888);
+  Image image;
+  image.width = bgr.width();
+  image.height = bgr.height();
+  for (int y = 0; y < image.height; ++y)
+    image.data.insert(image.data.end(), bgr.constScanLine(y),
+                      bgr.constScanLine(y) + std::size_t(image.width) * 3);
+  return image;
+}
+
 inline QImage ToQImage(const Image& image) {
   return QImage(image.data.data(), image.width, image.height, image.width * 3,
                 QImage::Format_BGR888)

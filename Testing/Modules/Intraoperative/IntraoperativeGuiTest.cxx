@@ -6,6 +6,7 @@
 #include "CaseIO/JournalRead.h"
 #include "GuiScene.h"
 #include "Pipelines/ReplayPipeline.h"
+#include "Support/ImageSimilarity.h"
 
 using namespace kerf;
 using namespace kerf::testing;
@@ -132,6 +133,13 @@ class IntraoperativeGuiTest : public QObject {
     const QImage picture = page_->widget->View()->Picture();
     QVERIFY(Difference(picture, ToQImage(*page_->widget->Desk().ExposureFrame().image)) > 0.01);
     Keep("exposure");
+    // Golden: the model in the given pose over the first picture.
+    const QString golden = QString(KERF_BASELINES) + "/Intraoperative/exposure.jpg";
+    if (qEnvironmentVariableIsSet("KERF_WRITE_BASELINES")) picture.save(golden, nullptr, 92);
+    const QImage expected = QImage(golden).convertToFormat(QImage::Format_BGR888);
+    QVERIFY2(!expected.isNull(), qPrintable(golden));
+    const double similarity = StructuralSimilarity(FromQImage(picture), FromQImage(expected));
+    QVERIFY2(similarity > 0.95, qPrintable(QString::number(similarity)));
   }
 
   void TheCutIsProposedAcceptedRejectedAndUndone() {
