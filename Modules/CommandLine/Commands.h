@@ -15,5 +15,6 @@ void AddPhantomCommand(CLI::App& app, CommandContext& context);
 void AddDemoCommand(CLI::App& app, CommandContext& context);
 void AddValidateCommand(CLI::App& app, CommandContext& context);
 void AddCalibrateCommand(CLI::App& app, CommandContext& context);
+void AddAppCommand(CLI::App& app, CommandContext& context);
 
 }  // namespace kerf

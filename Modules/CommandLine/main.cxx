@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   kerf::AddExportCommand(app, context);
   kerf::AddValidateCommand(app, context);
   kerf::AddCalibrateCommand(app, context);
+  kerf::AddAppCommand(app, context);
   kerf::InstallCancelHandler();
 
   try {

@@ -2,7 +2,9 @@
 
 #include <QFileInfo>
 #include <QImage>
+#include <array>
 #include <filesystem>
+#include <map>
 #include <mutex>
 
 #include "Adapters/Itk/Segmentation.h"
@@ -12,6 +14,7 @@
 #include "Framework/qKerfHost.h"
 #include "Framework/qKerfJobRunner.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Planning/qKerfLabelImportDialog.h"
 #include "PlanningContour.h"
 #include "PlanningFiles.h"
 
@@ -245,17 +248,46 @@ void PlanningJobs::Evolve(int label) {
   host_->Jobs().Run(std::move(job));
 }
 
-void PlanningJobs::ImportLabels(const QString& path) {
-  const std::string file = path.toStdString();
+void PlanningJobs::ImportLabels(const QString& path, QWidget* window) {
   if (!session_.Ct()) {
     host_->Say(qKerfHost::Problem, tr("Open the CT of these labels first (step 1)."));
     return;
   }
-  RunTool(tr("Importing labels"), "import labels",
-          [file, grid = session_.Ct()->grid](const kerf::LabelMap&, kerf::Progress& progress) {
-            const kerf::LabelMap labels = kerf::ReadLabelMap(file);
-            return kerf::MapLabels(labels, {{1, 1}, {2, 2}, {3, 3}}, grid, progress);
-          });
+  struct Result {
+    kerf::LabelMap labels;
+    QVector<qKerfLabelImportDialog::Row> rows;
+  };
+  auto result = std::make_shared<Result>();
+  qKerfJobRunner::Job job;
+  job.title = tr("Reading labels");
+  job.work = [file = path.toStdString(), result](kerf::Progress&) {
+    result->labels = kerf::ReadLabelMap(file);
+    std::array<std::size_t, 256> counts{};
+    for (const std::uint8_t v : *result->labels.voxels) ++counts[v];
+    for (int v = 1; v < 256; ++v) {
+      if (counts[v] == 0) continue;
+      const auto name = result->labels.names.find(v);
+      result->rows.push_back(
+          {v, name == result->labels.names.end() ? QString() : QString::fromStdString(name->second),
+           double(counts[v]) * result->labels.grid.VoxelVolume_mm3() / 1000.0});
+    }
+    if (result->rows.isEmpty()) throw kerf::InputError(file, "labels", "there is no label in it");
+  };
+  job.done = [this, result, window] {
+    std::map<int, int> roles{{1, 1}, {2, 2}, {3, 3}};
+    // Kerf's own numbers need no question.
+    if (result->rows.back().value > 3) {
+      qKerfLabelImportDialog dialog(result->rows, window);
+      if (dialog.exec() != QDialog::Accepted) return;
+      roles = dialog.Roles();
+    }
+    RunTool(tr("Importing labels"), "import labels",
+            [result, roles, grid = session_.Ct()->grid](const kerf::LabelMap&,
+                                                        kerf::Progress& progress) {
+              return kerf::MapLabels(result->labels, roles, grid, progress);
+            });
+  };
+  host_->Jobs().Run(std::move(job));
 }
 
 void PlanningJobs::Check() {

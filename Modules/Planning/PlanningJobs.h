@@ -6,6 +6,7 @@
 
 #include "Session/PlanningSession.h"
 
+class QWidget;
 class qKerfHost;
 
 namespace kerf {
@@ -29,7 +30,8 @@ class PlanningJobs : public QObject {
                std::function<kerf::LabelVoxels(const kerf::LabelMap&, kerf::Progress&)> tool);
   /// Active contour on a label: seen moving; cancelling keeps what it has reached.
   void Evolve(int label);
-  void ImportLabels(const QString& path);
+  /// @param window over which foreign label numbers are asked about
+  void ImportLabels(const QString& path, QWidget* window);
   void Check();
   void Mesh(int tetrahedra);
   void Measure();

@@ -136,9 +136,10 @@ QWidget* qKerfPlanningPage::MakeViewBar() {
     row->addWidget(button);
   }
   row->addStretch(1);
-  auto* hint =
-      new QLabel(tr("Wheel: slice · Ctrl+wheel: zoom · right drag: window · double click: "
-                    "whole page"));
+  auto* hint = new QLabel(tr("Wheel: slices · Ctrl+wheel: zoom · right drag: window"));
+  hint->setToolTip(
+      tr("Middle drag moves a slice; a double click shows one view on the whole page; "
+         "arrow keys go through the slices"));
   hint->setProperty("role", "faint");
   hint->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   hint->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
@@ -205,7 +206,7 @@ void qKerfPlanningPage::WireSegment() {
           [this] { jobs_->Evolve(segment_->ActiveLabel()); });
   connect(jobs_, &PlanningJobs::ContourMoved, views_, &PlanningViews::ShowContour);
   connect(segment_, &qKerfSegmentPanel::ImportLabelsWanted, this,
-          [this](const QString& path) { jobs_->ImportLabels(path); });
+          [this](const QString& path) { jobs_->ImportLabels(path, this); });
   connect(segment_, &qKerfSegmentPanel::VisibilityChanged, this, [this](int label, bool visible) {
     session_->LabelInfos()[label - 1].visible = visible;
     session_->LabelListChanged();

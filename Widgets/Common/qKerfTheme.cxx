@@ -44,11 +44,10 @@ QPushButton[primary="true"]:disabled { background: %window; color: %faint; borde
 QToolButton { border: 1px solid transparent; border-radius: 4px; padding: 4px; }
 QToolButton:checked { background: %accent; color: %on_accent; }
 QToolButton#moduleButton { padding: 8px 2px; border-radius: 0; }
-QToolButton#moduleButton:checked { background: %panel; color: %text; border-left: 3px solid %accent; }
-QLineEdit, QComboBox, QSpinBox, QDoubleSpinBox { border: 1px solid %border; border-radius: 4px; padding: 3px 5px;
-  background: %panel; min-height: 20px; }
-QLineEdit:focus, QComboBox:focus, QSpinBox:focus, QDoubleSpinBox:focus { border-color: %accent; }
-QComboBox::drop-down { border: 0; width: 18px; }
+QToolButton#moduleButton:checked { background: %accent; color: %on_accent; }
+QLineEdit { border: 1px solid %border; border-radius: 4px; padding: 3px 5px; background: %panel; min-height: 20px; }
+QLineEdit:focus { border-color: %accent; }
+QComboBox QLineEdit, QAbstractSpinBox QLineEdit { border: 0; padding: 0; min-height: 0; }
 QListWidget, QTreeWidget, QTableWidget, QPlainTextEdit { border: 1px solid %border; border-radius: 4px; background: %panel; }
 QHeaderView::section { background: %raised; border: 0; border-right: 1px solid %border; padding: 4px; }
 QLabel[role="title"] { font-size: 15pt; font-weight: bold; }

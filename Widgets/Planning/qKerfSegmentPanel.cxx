@@ -166,8 +166,7 @@ void qKerfSegmentPanel::MakeTools(QVBoxLayout* column) {
   grid->addWidget(new QLabel(tr("Grow within ±")), 2, 0);
   grid->addWidget(tolerance_, 2, 1, 1, 3);
   column->addLayout(grid);
-  connect(tools_, &QButtonGroup::idClicked, this,
-          &qKerfSegmentPanel::ToolChanged);
+  connect(tools_, &QButtonGroup::idClicked, this, &qKerfSegmentPanel::ToolChanged);
   connect(radius_, &QSlider::valueChanged, this, [this](int v) {
     radius_text_->setText(tr("%1 mm").arg(v));
     emit ToolChanged();

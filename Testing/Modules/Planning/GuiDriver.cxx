@@ -19,7 +19,7 @@ GuiDriver::GuiDriver(const QString& folder)
     : window_(new qKerfMainWindow(folder + "/kerf.ini", {KERF_TEST_PLUGINS})) {
   window_->resize(1280, 800);
   window_->show();
-  QTest::qWaitForWindowExposed(window_.get());
+  if (!QTest::qWaitForWindowExposed(window_.get())) qFatal("the window does not show");
   window_->ShowPage("planning");
   QTest::qWait(50);
 }
