@@ -1,45 +1,17 @@
 #include "Registration/CutView.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
 
 #include "Registration/CutLine.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kAside_mm = 0.3;   // a lip is bound this far beside the line: on its own side of S
+constexpr double kNear_mm = 2.5;    // an edge of a cut this near to its line is a lip of it
 constexpr double kParted_mm = 6.0;  // neighbouring points farther apart than this are no line
-
-/// Binds a line to the tetrahedra that the points `aside` of it lie upon: it goes with their side.
-Embedding BindAside(const Points& line, const Points& aside, const SurfaceTree& tree,
-                    const std::vector<Index>& tet_of_triangle, const TetMesh& mesh) {
-  Embedding out;
-  out.tet.resize(line.rows());
-  out.weights.resize(line.rows(), 4);
-  const auto corner = [&](Index tet, int c) -> Vec3 {
-    return mesh.rest.row(mesh.tets(tet, c)).transpose();
-  };
-  for (Index i = 0; i < line.rows(); ++i) {
-    const Index t = tet_of_triangle[tree.Closest(aside.row(i).transpose()).triangle];
-    out.tet[i] = t;
-    out.weights.row(i) = BarycentricWeights(line.row(i).transpose(), corner(t, 0), corner(t, 1),
-                                            corner(t, 2), corner(t, 3))
-                             .transpose();
-  }
-  return out;
-}
-
-/// The points of a lip: `line` moved to one side within the plane across `direction`.
-Points Aside(const Points& line, const Vec3& direction, double by_mm) {
-  Points out = line;
-  for (Index i = 0; i < line.rows(); ++i) {
-    const Vec3 along =
-        (line.row(std::min<Index>(i + 1, line.rows() - 1)) - line.row(std::max<Index>(i - 1, 0)))
-            .transpose();
-    out.row(i) += by_mm * along.cross(direction).normalized().transpose();
-  }
-  return out;
-}
 
 /// Runs of neighbouring points.
 std::vector<Points> Runs(const Points& line) {
@@ -51,6 +23,83 @@ std::vector<Points> Runs(const Points& line) {
     first = i;
   }
   return runs;
+}
+
+/// Edges between the outer surface and a face of a cut, in mesh vertices.
+std::vector<std::array<Index, 2>> LipEdges(const Triangles& boundary,
+                                           const std::vector<std::uint8_t>& is_cut) {
+  std::map<std::array<Index, 2>, int> sides;  // bit 0: outer, bit 1: face of a cut
+  for (Index t = 0; t < boundary.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Index a = boundary(t, k), b = boundary(t, (k + 1) % 3);
+      sides[{std::min(a, b), std::max(a, b)}] |= is_cut[t] ? 2 : 1;
+    }
+  std::vector<std::array<Index, 2>> edges;
+  for (const auto& [edge, seen] : sides)
+    if (seen == 3) edges.push_back(edge);
+  return edges;
+}
+
+/// Joins edges to lines, from end to end where there are ends.
+std::vector<std::vector<Index>> Chains(const std::vector<std::array<Index, 2>>& edges) {
+  std::map<Index, std::vector<std::size_t>> at;
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    for (const Index v : edges[e]) at[v].push_back(e);
+  std::vector<char> used(edges.size(), 0);
+  std::vector<std::vector<Index>> chains;
+  const auto walk = [&](Index v) {
+    std::vector<Index> chain{v};
+    while (true) {
+      const auto& around = at[v];
+      const auto next =
+          std::find_if(around.begin(), around.end(), [&](std::size_t e) { return !used[e]; });
+      if (next == around.end()) break;
+      used[*next] = 1;
+      v = edges[*next][0] == v ? edges[*next][1] : edges[*next][0];
+      chain.push_back(v);
+    }
+    if (chain.size() > 1) chains.push_back(std::move(chain));
+  };
+  for (const auto& [v, around] : at)
+    if (around.size() == 1) walk(v);
+  for (const auto& [v, around] : at) walk(v);
+  return chains;
+}
+
+/// Mesh vertices as an embedding.
+Embedding AtVertices(const std::vector<Index>& vertices, const std::vector<Index>& tet_of_vertex,
+                     const Tets& tets) {
+  Embedding out;
+  out.weights = Weights4::Zero(vertices.size(), 4);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    out.tet.push_back(tet_of_vertex[vertices[i]]);
+    for (int c = 0; c < 4; ++c)
+      out.weights(i, c) = tets(out.tet.back(), c) == vertices[i] ? 1.0 : 0.0;
+  }
+  return out;
+}
+
+/// A line on the surface of an organ that is not cut there.
+Embedding OnSurface(const Points& line, const SurfaceTree& surface, const Triangles& boundary,
+                    const std::vector<Index>& tet_of_face, const Tets& tets) {
+  Embedding out;
+  out.weights = Weights4::Zero(line.rows(), 4);
+  for (Index i = 0; i < line.rows(); ++i) {
+    const SurfaceHit hit = surface.Closest(line.row(i).transpose());
+    out.tet.push_back(tet_of_face[hit.triangle]);
+    for (int k = 0; k < 3; ++k)
+      for (int c = 0; c < 4; ++c)
+        if (tets(out.tet.back(), c) == boundary(hit.triangle, k))
+          out.weights(i, c) += hit.weights[k];
+  }
+  return out;
+}
+
+double DistanceTo(const Points& line, const Vec3& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < line.rows(); ++i)
+    nearest = std::min(nearest, (line.row(i).transpose() - p).norm());
+  return nearest;
 }
 
 double SmallestDistance(const SurfaceMesh& a, const SurfaceMesh& b) {
@@ -74,34 +123,34 @@ double SmallestDistance(const SurfaceMesh& a, const SurfaceMesh& b) {
 void CutView::Rebind(const RegistrationState& state) {
   bound_.clear();
   lip_cuts_.clear();
-  std::vector<Index> tet_of_face, vertex_of_point;
+  std::vector<Index> tet_of_face;
   const Triangles all = BoundaryFaces(state.mesh.tets, &tet_of_face);
-  const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest, &vertex_of_point);
+  const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest);
   const std::vector<std::uint8_t> is_cut = CutFaceFlags(rest, *state.uncut);
-  const Index cut_count = static_cast<Index>(std::count(is_cut.begin(), is_cut.end(), 1));
-  faces_.resize(cut_count, 3);
-  // The outer surface alone: its lips meet at S, and each side has triangles of its own.
-  Triangles outer(all.rows() - cut_count, 3);
-  std::vector<Index> tet_of_outer;
-  Index to_cut = 0, to_outer = 0;
+  faces_.resize(std::count(is_cut.begin(), is_cut.end(), 1), 3);
+  std::vector<Index> tet_of_vertex(state.mesh.VertexCount(), 0);
+  Index faces = 0;
   for (Index t = 0; t < all.rows(); ++t) {
-    if (is_cut[t]) {
-      faces_.row(to_cut++) = all.row(t);
-    } else {
-      outer.row(to_outer++) = rest.triangles.row(t);
-      tet_of_outer.push_back(tet_of_face[t]);
-    }
+    if (is_cut[t]) faces_.row(faces++) = all.row(t);
+    for (int k = 0; k < 3; ++k) tet_of_vertex[all(t, k)] = tet_of_face[t];
   }
-  if (outer.rows() == 0) return;
-  const SurfaceTree tree(SurfaceMesh{rest.points, outer});
+  const auto edges = LipEdges(all, is_cut);
+  const SurfaceTree surface(rest);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
-    for (const Points& run : Runs(LineOnSurface(cut.line, cut.direction, *state.uncut)))
-      for (const double side : {-kAside_mm, kAside_mm}) {
-        lip_cuts_.push_back(static_cast<int>(c));
-        bound_.push_back(
-            BindAside(run, Aside(run, cut.direction, side), tree, tet_of_outer, state.mesh));
-      }
+    const Points line = LineOnSurface(cut.line, cut.direction, *state.uncut);
+    std::vector<std::array<Index, 2>> lips;
+    for (const auto& edge : edges) {
+      const Vec3 middle =
+          0.5 * (state.mesh.rest.row(edge[0]) + state.mesh.rest.row(edge[1])).transpose();
+      if (DistanceTo(line, middle) < kNear_mm) lips.push_back(edge);
+    }
+    for (const auto& chain : Chains(lips))
+      bound_.push_back(AtVertices(chain, tet_of_vertex, state.mesh.tets));
+    if (lips.empty())  // only proposed, or refused by the cutter
+      for (const Points& run : Runs(line))
+        bound_.push_back(OnSurface(run, surface, all, tet_of_face, state.mesh.tets));
+    lip_cuts_.resize(bound_.size(), static_cast<int>(c));
   }
 }
 

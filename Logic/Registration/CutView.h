@@ -15,8 +15,9 @@ class CutView {
   /// Takes over the cuts of this frame.
   void Update(const RegistrationState& state);
 
-  /// Committed cut lines on the current organ surface, both lips of each, N×3 in order, LPS, mm:
-  /// they lie upon each other until the cut opens. A line is parted where it leaves the surface.
+  /// Cut lines on the current organ surface, N×3 in order, LPS, mm: where the mesh is cut its lips,
+  /// along one and back along the other; where a cut is only proposed its line. Parted where a line
+  /// leaves the surface.
   const std::vector<Points>& Lips() const { return lips_; }
   /// Number of the cut that each lip belongs to.
   const std::vector<int>& LipCuts() const { return lip_cuts_; }

@@ -32,6 +32,7 @@ MethodOptions ReferenceOptions() {
   options.along_factor = 1.0;
   options.robust_scale_mm = 0.0;
   options.silhouette_factor = 0.0;
+  options.grips = false;
   options.steps_per_frame = 5;
   options.structure_mode = StructureCutMode::DeleteTriangles;
   return options;

@@ -25,6 +25,11 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   engine.solver.Apply(change);
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
+  if (engine.grips && state->grips.positions.rows() > 0) {
+    engine.grips->Apply(change);
+    state->grips.positions = change.MapVertexField(state->grips.positions);
+    state->grips.velocities = change.MapVertexField(state->grips.velocities);
+  }
   state->bound.embedding = change.MapEmbedding(state->bound.embedding, state->mesh);
   if (engine.observer) engine.observer->Begin(Stage::Structures);
   for (Structure& structure : state->structures)

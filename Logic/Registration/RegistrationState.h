@@ -8,6 +8,7 @@
 #include "Cutting/CutStructure.h"
 #include "Registration/CutEvidence.h"
 #include "Registration/CutPolygon.h"
+#include "Registration/GripFit.h"
 #include "Registration/NeighborGraph.h"
 #include "Registration/Silhouette.h"
 #include "Registration/Targets.h"
@@ -42,6 +43,7 @@ struct RegistrationState {
   std::shared_ptr<const SurfaceTree> uncut;  ///< the organ's rest surface before any cut
   Points blind_outline;                      ///< rest places whose outline is hidden, mm
   BoundaryTopology boundary;                 ///< of `mesh`
+  GripFit grips;                             ///< loads that explain the tracks (Kerf's method)
   std::vector<ModelCut> cuts;                ///< p_C, S
 };
 

@@ -1,6 +1,7 @@
 #include "Registration/Step.h"
 
 #include "Registration/CutDetection.h"
+#include "Registration/CutProbe.h"
 #include "Registration/JumpDetection.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
@@ -37,6 +38,30 @@ Springs FeatureSprings(const RegistrationState& state, const Points& targets,
   if (options.along_factor != 1.0)
     springs.directions = (targets.rowwise() - camera.Center().transpose()).rowwise().normalized();
   return springs;
+}
+
+/// The depth that springs along the lines of sight pull to: that at rest, or what the grips say as
+/// far as they are believed.
+Eigen::VectorXd GaugeDepths_mm(const RegistrationState& state, const CameraModel& camera) {
+  Eigen::VectorXd depth = state.bound.rest_depth_mm;
+  if (state.grips.trust <= 0.0) return depth;
+  const Points held = state.bound.embedding.Positions(state.grips.positions, state.mesh.tets);
+  for (Index i = 0; i < depth.size(); ++i)
+    depth[i] += state.grips.trust * (camera.Depth(held.row(i).transpose()) - depth[i]);
+  return depth;
+}
+
+/// The held parts stay where the fit has them, as far as it is believed.
+Fixations HeldByGrips(const RegistrationState& state, const MethodOptions& options) {
+  Fixations held;
+  if (state.grips.trust <= 0.0) return held;
+  for (const GripRegion& region : state.grips.regions)
+    for (Index v : VerticesIn(region, state.mesh.rest)) held.vertices.push_back(v);
+  held.targets.resize(held.vertices.size(), 3);
+  for (std::size_t k = 0; k < held.vertices.size(); ++k)
+    held.targets.row(k) = state.grips.positions.row(held.vertices[k]);
+  held.stiffness_g_s2 = state.grips.trust * options.SpringStiffness_g_s2();
+  return held;
 }
 
 /// Where the model has its features in the image; the tracker finds hidden ones again with it.
@@ -133,6 +158,8 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
     state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
   }
   engine.solver.Reset(state.mesh, options.material);
+  if (options.grips && engine.grips)
+    state.grips = BeginGrips(state.mesh, state.bound, options.material, {}, engine.grips);
   return state;
 }
 
@@ -152,12 +179,26 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     Begin(engine, Stage::Detection);
     // [4] divergence of neighbours and [5] outliers → cut point → cut line
     for (CutEvent& event : Detect(current, targets, usable, camera, options, state, &report)) {
-      if (!state->cuts[event.cut].held)                                           // [6] S cuts model
+      if (!state->cuts[event.cut].held)  // [6] S cuts model
         event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // and structures
       report.cuts.push_back(event);
     }
     Begin(engine, Stage::Solve);
-    Springs springs = FeatureSprings(*state, targets, usable, camera, options);
+    if (state->grips.regions.size() > 0 && engine.grips)
+      UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
+                  camera, {}, engine.grips, &state->grips);
+    if (options.cutting && report.cuts.empty() && engine.grips)
+      if (const auto longer = ProbeCutEnds(usable, camera, options, {}, engine.cutter, *state)) {
+        CutEvent event;
+        event.cut = longer->cut;
+        event.point = longer->grown.line.points.row(0).transpose();
+        state->cuts[longer->cut] = longer->grown;
+        event.report = ApplyCut(longer->grown, options, engine, state);
+        report.cuts.push_back(event);
+      }
+    const Points gauged =
+        TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
+    Springs springs = FeatureSprings(*state, gauged, usable, camera, options);
     if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image) {
       const SurfaceMesh outline{state->positions, state->boundary.triangles};
       const Image organ = engine.segmenter->Segment(frame, ProjectedMask(outline, camera));
@@ -166,7 +207,8 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       NoteOutline(seen, *state, &report);
       AddSilhouette(seen, camera, options, &springs);
     }
-    report.solve = engine.solver.Solve(springs, {}, options.solve,  // [7] minimize Eq. (5)
+    report.solve = engine.solver.Solve(springs, HeldByGrips(*state, options),
+                                       options.solve,  // [7] minimize Eq. (5)
                                        &state->positions, &state->velocities);
   }
   report.untangled = Untangle(state->mesh, &state->positions);

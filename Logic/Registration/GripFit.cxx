@@ -1,0 +1,260 @@
+#include "Registration/GripFit.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+/// Rows (2 per usable feature) of what lies between model features and lines of sight, mm at the
+/// feature's rest depth.
+struct Misfit {
+  Eigen::VectorXd residual;  ///< 2M, across
+  Eigen::VectorXd depth;     ///< M, along, from the rest position
+  Eigen::VectorXd weight;    ///< M, of robust least squares
+  double approach_mm = 0.0;  ///< mean depth from rest
+  double cost = 0.0;
+  double rms_mm = 0.0;
+};
+
+struct Sights {
+  std::vector<Index> feature;
+  std::vector<Eigen::Matrix<double, 2, 3>> across;  ///< unit rows orthogonal to the line of sight
+  std::vector<Vec3> along;
+  Embedding at;
+  Points rest;
+  Vec3 center;
+};
+
+Sights SightsOf(const BoundFeatures& bound, const Pixels& pixels, const std::vector<char>& usable,
+                const CameraModel& camera) {
+  Sights sights;
+  sights.center = camera.Center();
+  for (Index i = 0; i < static_cast<Index>(usable.size()); ++i)
+    if (usable[i]) sights.feature.push_back(i);
+  const Index m = static_cast<Index>(sights.feature.size());
+  sights.at.tet.resize(m);
+  sights.at.weights.resize(m, 4);
+  sights.rest.resize(m, 3);
+  for (Index k = 0; k < m; ++k) {
+    const Index i = sights.feature[k];
+    sights.at.tet[k] = bound.embedding.tet[i];
+    sights.at.weights.row(k) = bound.embedding.weights.row(i);
+    const Vec3 d = camera.RayThrough(pixels.row(i).transpose()).direction;
+    const Vec3 u = d.unitOrthogonal();
+    sights.along.push_back(d);
+    sights.rest.row(k) = bound.rest.row(i);
+    sights.across.emplace_back();
+    sights.across.back().row(0) = u.transpose();
+    sights.across.back().row(1) = d.cross(u).transpose();
+  }
+  return sights;
+}
+
+Misfit MisfitOf(const Sights& sights, const Points& positions, const TetMesh& mesh,
+                const GripFitOptions& options, double approach) {
+  const double scale_mm = options.robust_scale_mm;
+  const Points p = sights.at.Positions(positions, mesh.tets);
+  Misfit out;
+  const Index m = static_cast<Index>(p.rows());
+  out.residual.resize(2 * m);
+  out.weight.resize(m);
+  out.depth.resize(m);
+  double sum = 0.0, weights = 0.0;
+  for (Index k = 0; k < m; ++k) {
+    const Eigen::Vector2d r = sights.across[k] * (Vec3(p.row(k).transpose()) - sights.center);
+    out.residual.segment<2>(2 * k) = r;
+    const double q = r.squaredNorm() / (scale_mm * scale_mm);
+    out.depth[k] = sights.along[k].dot((p.row(k) - sights.rest.row(k)).transpose());
+    out.cost +=
+        scale_mm * scale_mm * q / (1.0 + q) + options.depth_weight * out.depth[k] * out.depth[k];
+    out.weight[k] = 1.0 / ((1.0 + q) * (1.0 + q));
+    sum += out.weight[k] * r.squaredNorm();
+    weights += out.weight[k];
+  }
+  out.approach_mm = m > 0 ? out.depth.mean() : 0.0;
+  out.cost += approach * out.approach_mm * out.approach_mm;
+  out.rms_mm = weights > 0.0 ? std::sqrt(sum / weights) : 0.0;
+  return out;
+}
+
+constexpr double kHold = 100.0;  // stiffness of a held vertex, E · mm
+constexpr double kUsualApproach_mm = 10.0;
+constexpr double kLawError = 0.15;   // of the squared strain: relative error of an organ's width
+constexpr double kTolerance = 1e-4;  // relative energy gap
+constexpr double kProbe_mm = 0.5;    // translation that a sensitivity is measured with
+constexpr double kProbe_rad = 0.02;  // rotation
+
+/// @return elastic energy, µJ, of the organ in equilibrium with its held vertices at motions ·
+/// rest, from `positions` on.
+double Settle(const TetMesh& mesh, const Material& material, const std::vector<GripRegion>& regions,
+              const std::vector<Eigen::Isometry3d>& motions, ElasticSolver* solver,
+              Points* positions, Points* velocities) {
+  Fixations held;
+  std::vector<Vec3> targets;
+  for (std::size_t g = 0; g < regions.size(); ++g)
+    for (Index v : VerticesIn(regions[g], mesh.rest)) {
+      held.vertices.push_back(v);
+      targets.push_back(motions[g] * Vec3(mesh.rest.row(v).transpose()));
+    }
+  held.targets.resize(targets.size(), 3);
+  for (std::size_t k = 0; k < targets.size(); ++k) held.targets.row(k) = targets[k].transpose();
+  held.stiffness_g_s2 = kHold * 1e3 * material.young_kPa;
+  Springs none;
+  none.at.tet.clear();
+  none.at.weights.resize(0, 4);
+  none.targets.resize(0, 3);
+  none.stiffness.resize(0);
+  none.directions.resize(0, 3);
+  SolveOptions options;
+  options.tolerance = kTolerance;
+  return solver->Solve(none, held, options, positions, velocities).elastic_energy_uJ;
+}
+
+/// Weight of the square of the mean depth from rest. How far the whole organ has come nearer shows
+/// only in its size, and so does what the law gets wrong about its width when it is stretched:
+/// about half the squared strain. What size says of depth is worth less by that.
+double ApproachWeight(const Sights& sights, const TetMesh& mesh, const Material& material,
+                      double energy_uJ, const CameraModel& camera) {
+  double volume_mm3 = 0.0;
+  for (Index t = 0; t < mesh.TetCount(); ++t) volume_mm3 += TetVolume(mesh.rest, mesh.tets, t);
+  const double strain2 = 2e3 * energy_uJ / (1e3 * material.young_kPa * volume_mm3);
+  const Vec3 axis = camera.ViewDirection();
+  double information = 0.0, distance_mm = 0.0;
+  for (std::size_t k = 0; k < sights.across.size(); ++k) {
+    information += (sights.across[k] * axis).squaredNorm();
+    distance_mm += (Vec3(sights.rest.row(k).transpose()) - sights.center).norm();
+  }
+  distance_mm /= double(sights.across.size());
+  const double sigma_mm = kLawError * strain2 * distance_mm;
+  return information * (sigma_mm * sigma_mm) / (kUsualApproach_mm * kUsualApproach_mm);
+}
+
+/// `motion` after the parameter change `step`, about `center` as it is now.
+Eigen::Isometry3d Moved(const Eigen::Isometry3d& motion, const Vec3& center,
+                        const Eigen::Matrix<double, 6, 1>& step) {
+  const double angle = step.tail<3>().norm();
+  Eigen::Isometry3d change = Eigen::Isometry3d::Identity();
+  if (angle > 0.0)
+    change.linear() = Eigen::AngleAxisd(angle, step.tail<3>() / angle).toRotationMatrix();
+  change.translation() = center + step.head<3>() - change.linear() * center;
+  return change * motion;
+}
+
+std::vector<Vec3> CentersOf(const GripFit& fit, const Points& rest) {
+  std::vector<Vec3> centers;
+  for (std::size_t g = 0; g < fit.regions.size(); ++g) {
+    Vec3 sum = Vec3::Zero();
+    const auto vertices = VerticesIn(fit.regions[g], rest);
+    for (Index v : vertices) sum += rest.row(v).transpose();
+    centers.push_back(fit.motions[g] * Vec3(sum / double(vertices.size())));
+  }
+  return centers;
+}
+
+void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding& features,
+                 ElasticSolver* solver, GripFit* fit) {
+  const int column = fit->next_column;
+  fit->next_column = (column + 1) % static_cast<int>(fit->sensitivities.cols());
+  const int g = column / 6, k = column % 6;
+  const double by = k < 3 ? kProbe_mm : kProbe_rad;
+  std::vector<Eigen::Isometry3d> motions = fit->motions;
+  motions[g] =
+      Moved(motions[g], CentersOf(*fit, mesh.rest)[g], by * Eigen::Matrix<double, 6, 1>::Unit(k));
+  Points positions = fit->positions, velocities = fit->velocities;
+  Settle(mesh, material, fit->regions, motions, solver, &positions, &velocities);
+  const Points change =
+      features.Positions(positions, mesh.tets) - features.Positions(fit->positions, mesh.tets);
+  fit->sensitivities.col(column) =
+      Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) / by;
+}
+
+}  // namespace
+
+std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest) {
+  std::vector<Index> vertices;
+  for (Index v = 0; v < static_cast<Index>(rest.rows()); ++v)
+    if (rest.row(v).dot(region.axis.transpose()) >= region.from_mm) vertices.push_back(v);
+  return vertices;
+}
+
+GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Material& material,
+                   const GripFitOptions& options, ElasticSolver* solver) {
+  GripFit fit;
+  const Eigen::RowVector3d mean = mesh.rest.colwise().mean();
+  const Points centered = mesh.rest.rowwise() - mean;
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(centered.transpose() * centered);
+  const Vec3 along = axes.eigenvectors().col(2);
+  const Eigen::VectorXd s = mesh.rest * along;
+  const double length = s.maxCoeff() - s.minCoeff();
+  fit.regions = {{along, s.maxCoeff() - options.cap_share * length},
+                 {-along, -s.minCoeff() - options.cap_share * length}};
+  fit.motions.assign(2, Eigen::Isometry3d::Identity());
+  fit.positions = mesh.rest;
+  fit.velocities = Points::Zero(mesh.VertexCount(), 3);
+  solver->Reset(mesh, material);
+  fit.sensitivities.resize(3 * bound.rest.rows(), 12);
+  for (int column = 0; column < 12; ++column)
+    RenewColumn(mesh, material, bound.embedding, solver, &fit);
+  return fit;
+}
+
+void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatures& bound,
+                 const Pixels& pixels, const std::vector<char>& usable, const CameraModel& camera,
+                 const GripFitOptions& options, ElasticSolver* solver, GripFit* fit) {
+  const Sights sights = SightsOf(bound, pixels, usable, camera);
+  const Index m = static_cast<Index>(sights.feature.size());
+  if (m < 12) {
+    fit->trust = 0.0;
+    return;
+  }
+  for (int i = 0; i < options.renewed_columns; ++i)
+    RenewColumn(mesh, material, bound.embedding, solver, fit);
+  // A cut may have moved the equilibrium under unchanged grips.
+  double energy_uJ =
+      Settle(mesh, material, fit->regions, fit->motions, solver, &fit->positions, &fit->velocities);
+  const double approach = ApproachWeight(sights, mesh, material, energy_uJ, camera);
+  Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
+  const Index n = fit->sensitivities.cols();
+  for (int step = 0; step < options.steps; ++step) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+    Eigen::VectorXd mean_along = Eigen::VectorXd::Zero(n);
+    for (Index k = 0; k < m; ++k) {
+      const auto moved = fit->sensitivities.middleRows<3>(3 * sights.feature[k]);
+      const Eigen::MatrixXd J = sights.across[k] * moved;
+      const Eigen::VectorXd along = moved.transpose() * sights.along[k];
+      mean_along += along / double(m);
+      A += now.weight[k] * J.transpose() * J + options.depth_weight * along * along.transpose();
+      b -= now.weight[k] * J.transpose() * now.residual.segment<2>(2 * k) +
+           options.depth_weight * now.depth[k] * along;
+    }
+    A += approach * mean_along * mean_along.transpose();
+    b -= approach * now.approach_mm * mean_along;
+    A.diagonal() += fit->lambda * A.diagonal();
+    const Eigen::VectorXd q = A.ldlt().solve(b);
+    const std::vector<Vec3> centers = CentersOf(*fit, mesh.rest);
+    std::vector<Eigen::Isometry3d> motions = fit->motions;
+    for (std::size_t g = 0; g < motions.size(); ++g)
+      motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
+    Points positions = fit->positions, velocities = fit->velocities;
+    Settle(mesh, material, fit->regions, motions, solver, &positions, &velocities);
+    const Misfit then = MisfitOf(sights, positions, mesh, options, approach);
+    if (then.cost < now.cost) {
+      fit->motions = motions;
+      fit->positions = positions;
+      fit->velocities = velocities;
+      now = then;
+      fit->lambda = std::max(1e-4, 0.3 * fit->lambda);
+    } else {
+      fit->lambda = std::min(1e3, 10.0 * fit->lambda);
+    }
+  }
+  fit->cost_mm2 = now.cost / double(m);
+  fit->residual_mm = now.rms_mm;
+  fit->trust = std::clamp(
+      (options.disbelieved_mm - now.rms_mm) / (options.disbelieved_mm - options.believed_mm), 0.0,
+      1.0);
+}
+
+}  // namespace kerf

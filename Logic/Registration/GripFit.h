@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "Core/Camera.h"
+#include "Mechanics/ElasticSolver.h"
+#include "Registration/Targets.h"
+
+namespace kerf {
+
+/// A held part of the organ: the vertices whose rest position lies at least `from_mm` along `axis`.
+struct GripRegion {
+  Vec3 axis = Vec3::UnitX();  ///< unit
+  double from_mm = 0.0;
+};
+
+/// What explains the tracks by few rigidly moving grips on an otherwise unloaded organ, in
+/// equilibrium (minimum of Eq. 3 with the held vertices where the grips have them). One camera sees
+/// no depth; who knows where the loads act, knows it. Parameters of grip g are 6g…6g+5: a
+/// translation (mm) and a rotation vector (rad) about the grip's present centre.
+struct GripFit {
+  std::vector<GripRegion> regions;         ///< at rest; none: not begun
+  std::vector<Eigen::Isometry3d> motions;  ///< of each, from rest
+  Points positions;                        ///< N×3, the organ under them, mm
+  Points velocities;                       ///< N×3, the solver's, unused
+  Eigen::MatrixXd sensitivities;           ///< 3F×6G, of the features' positions
+  int next_column = 0;                     ///< the sensitivity that is renewed next
+  double lambda = 1e-2;                    ///< damping of the next step
+  double cost_mm2 = 0.0;                   ///< robust mean square across the lines of sight
+  double residual_mm = 0.0;                ///< robust rms across the lines of sight
+  double trust = 0.0;                      ///< 0: not believed … 1
+};
+
+struct GripFitOptions {
+  double cap_share = 0.14;       ///< of the organ's length that a grip at either end holds
+  double robust_scale_mm = 3.0;  ///< Geman–McClure; 1 mm loses the tracks after a jump
+  double depth_weight = 1e-3;  ///< of (depth − depth at rest)² beside the squares across: a flat
+                               ///< organ's stretch is else explained as approach
+  int steps = 1;               ///< damped Gauss–Newton steps a frame
+  int renewed_columns = 1;     ///< sensitivities measured anew a frame, in turn
+  double believed_mm = 0.65;   ///< residual up to which the fit is believed fully
+  double disbelieved_mm = 0.95;  ///< and from which on not at all
+};
+
+/// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own
+GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Material& material,
+                   const GripFitOptions& options, ElasticSolver* solver);
+
+/// One frame: the motions are corrected by damped Gauss–Newton steps on what lies between the
+/// model's features and their lines of sight. `solver` and `fit` have followed every cut of `mesh`.
+/// @param usable one flag per feature
+void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatures& bound,
+                 const Pixels& pixels, const std::vector<char>& usable, const CameraModel& camera,
+                 const GripFitOptions& options, ElasticSolver* solver, GripFit* fit);
+
+/// Vertices in a region.
+std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest);
+
+}  // namespace kerf
