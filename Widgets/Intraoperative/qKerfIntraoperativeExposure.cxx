@@ -1,6 +1,7 @@
 // Exposure: the part of the page where the surgeon registers the organ.
 #include <QGuiApplication>
 #include <QLabel>
+#include <QLineF>
 #include <cmath>
 
 #include "Adapters/Rendering/VirtualDisplay.h"
@@ -61,6 +62,12 @@ void qKerfIntraoperativeWidget::ConnectExposure() {
       view_, &qKerfVideoView::Dragged, this,
       [=](const QPointF& from, const QPointF& to, Qt::MouseButtons buttons, Qt::KeyboardModifiers) {
         if (step_ != Exposure || exposure_->PlacingLandmarks()) return;
+        if (exposure_->Tracing()) {
+          if (stroke_.isEmpty()) stroke_ << from;
+          if (QLineF(stroke_.last(), to).length() >= kTraceStep_px) stroke_ << to;
+          view_->SetStroke(stroke_);
+          return;
+        }
         if (buttons & Qt::RightButton)
           desk_.Exposure()->Turn(ToVec(to - from));
         else

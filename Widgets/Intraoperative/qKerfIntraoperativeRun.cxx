@@ -1,5 +1,6 @@
 // Run and close: the part of the page that shows the overlay and takes decisions.
 #include <QLabel>
+#include <QLineF>
 #include <QListWidget>
 #include <QPushButton>
 #include <cmath>
@@ -148,7 +149,7 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
   if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
     text += tr("   tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
   lamp_->setText(text);
-  lamp_->setStyleSheet(QString("font-size: 18pt; font-weight: bold; padding: 4px; color: %1; "
+  lamp_->setStyleSheet(QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
                                "background: %2;")
                            .arg(amber ? "black" : "white", green   ? "#1f7a3d"
                                                            : amber ? "#ffbe3c"
@@ -156,9 +157,9 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
   if (std::isfinite(snapshot.margin_mm)) {
     const bool alarm = snapshot.margin_mm < run_->MarginAlarm_mm();
     margin_->setText(tr("tumour – cut %1 mm").arg(snapshot.margin_mm, 0, 'f', 1));
-    margin_->setStyleSheet(alarm ? "font-size: 18pt; font-weight: bold; color: white; "
+    margin_->setStyleSheet(alarm ? "font-size: 16pt; font-weight: bold; color: white; "
                                    "background: #b3261e; padding: 4px;"
-                                 : "font-size: 18pt; font-weight: bold; padding: 4px;");
+                                 : "font-size: 16pt; font-weight: bold; padding: 4px;");
   } else {
     margin_->clear();
     margin_->setStyleSheet(QString());

@@ -252,7 +252,7 @@ void qKerfIntraoperativeWidget::ShowStep(Step step) {
   view_->SetMarkers({});
   if (step != Run) {
     margin_->clear();
-    lamp_->setStyleSheet("font-size: 18pt; font-weight: bold; padding: 4px;");
+    lamp_->setStyleSheet("font-size: 16pt; font-weight: bold; padding: 4px;");
   }
   view_->setFocus();
   emit StepChanged(step);

@@ -6,6 +6,7 @@
 #include "CaseIO/JournalRead.h"
 #include "GuiScene.h"
 #include "Pipelines/ReplayPipeline.h"
+#include "Pipelines/SessionReplay.h"
 #include "Support/ImageSimilarity.h"
 
 using namespace kerf;
@@ -248,7 +249,8 @@ class IntraoperativeGuiTest : public QObject {
     QCOMPARE(result.cuts, 1);
     for (const char* name : {"organ_final.vtu", "tumour_final.vtp", "cuts.json"})
       QVERIFY2(Content(session / name) == Content(fs::path(request.results) / name), name);
-    // As after kill -9: unfinished, the last lines cut off. It is offered, and its replay is good.
+    // As after kill -9: unfinished, the last lines cut off. It is offered, and what is whole is
+    // read.
     const fs::path broken = session.parent_path() / "29991231-235959";
     fs::copy(session, broken, fs::copy_options::recursive);
     SessionFolder unfinished = ReadSession(broken.string());
@@ -258,10 +260,7 @@ class IntraoperativeGuiTest : public QObject {
       fs::resize_file(broken / name, fs::file_size(broken / name) - 5);
     const auto offered = page_->widget->Desk().Unfinished();
     QVERIFY(offered.size() == 1 && fs::path(offered[0]) == broken);
-    request.study = broken.string();
-    request.results = folder_.path().toStdString() + "/replayed-broken";
-    request.render = false;
-    QCOMPARE(Replay(request, silent).frames, result.frames - 1);
+    QCOMPARE(SessionSource(unfinished).FrameCount(), result.frames - 1);
 
     QVERIFY(page_->problems.isEmpty());
     if (!pictures.empty())

@@ -7,7 +7,7 @@ if(NOT EXISTS "${case}/case.json")
     message(FATAL_ERROR "kerf plan: ${status}")
   endif()
 endif()
-execute_process(COMMAND "${SOAK}" "${case}" "${PHANTOM}/video.mp4" 12 2 120 "${PHANTOM}/camera.yml"
+execute_process(COMMAND "${SOAK}" "${case}" "${PHANTOM}/video.mp4" 8 1 120 "${PHANTOM}/camera.yml"
   RESULT_VARIABLE status OUTPUT_VARIABLE output)
 message("${output}")
 if(status)

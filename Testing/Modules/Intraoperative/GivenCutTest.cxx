@@ -1,0 +1,110 @@
+// A cut that is given by hand opens in the model where the true one does in the picture: what the
+// overlay draws as its lips, held against the true lips. No window is needed.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/CameraFile.h"
+#include "CaseIO/StudyFolder.h"
+#include "Pipelines/IntraoperativeDesk.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+template <class F>
+bool Within(double seconds, F condition) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(5ms);
+  }
+  return true;
+}
+
+/// A line of the truth (RAS), LPS.
+Points Line(const nlohmann::json& list) {
+  Points line(list.size(), 3);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    line.row(i) << -list[i][0].get<double>(), -list[i][1].get<double>(), list[i][2].get<double>();
+  return line;
+}
+
+double DistanceTo_px(const Points& line, const CameraModel& camera, const Vec2& p) {
+  double best = 1e9;
+  for (Index i = 0; i + 1 < line.rows(); ++i) {
+    const Vec2 a = camera.Project(line.row(i).transpose());
+    const Vec2 ab = camera.Project(line.row(i + 1).transpose()) - a;
+    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    best = std::min(best, (a + t * ab - p).norm());
+  }
+  return best;
+}
+
+TEST(GivenCut, OpensWhereTheTrueOneDoes) {
+  const std::string study = KERF_TEST_PHANTOM;
+  ASSERT_TRUE(fs::exists(study + "/video.mp4")) << "the fixture makes the phantom";
+  const fs::path folder =
+      fs::temp_directory_path() / ("kerf-given-cut-" + std::to_string(getpid()));
+  MeshingOptions meshing;
+  meshing.tetrahedra = 8000;
+  Progress silent;
+  PlannedCase planned = PlanFromLabels(ReadLabelMap(OpenStudy(study).labels), meshing, silent);
+  planned.camera = ReadCameraFile(study + "/camera.yml");
+  WriteCase(planned, folder.string());
+
+  const auto truth = nlohmann::json::parse(std::ifstream(study + "/truth/cuts.json"))["cuts"][0];
+  const auto& end = truth["evaluated"].back();
+  {
+    IntraoperativeDesk desk;
+    CaptureOptions options;
+    options.every = true;
+    options.paced = false;
+    desk.SetCaptureOptions(options);
+    desk.OpenCase(folder.string(), IntraoperativeDesk::ReadPlanned(folder.string()));
+    desk.OpenSource(study + "/video.mp4");
+    ASSERT_TRUE(Within(10, [&] { return desk.Newest().has_value(); }));
+    desk.BeginExposure();
+    IntraoperativeDesk::RunOptions run;
+    run.hold_cuts = true;  // the given cut alone
+    run.record = false;
+    desk.Accept(run);
+    ASSERT_TRUE(Within(10, [&] { return desk.Latest() != nullptr; }));
+    IntraoperativeDecision given;
+    given.kind = IntraoperativeDecision::Kind::DrawCut;
+    given.line = Line(truth["polyline_rest"]);
+    desk.Post(given);
+    ASSERT_TRUE(Within(200, [&] {
+      return desk.Latest()->source.kind == SourceState::Kind::Ended &&
+             desk.Latest()->frame.index >= end["frame"].get<int>();
+    }));
+    std::this_thread::sleep_for(300ms);
+    const auto latest = desk.Latest();
+    ASSERT_EQ(latest->applied_lines.size(), 2u);
+    std::vector<double> distances;
+    for (const Points& lip : latest->applied_lines)
+      for (Index i = 0; i < lip.rows(); ++i) {
+        const Vec2 p = desk.Camera().Project(lip.row(i).transpose());
+        distances.push_back(std::min(DistanceTo_px(Line(end["lip_minus"]), desk.Camera(), p),
+                                     DistanceTo_px(Line(end["lip_plus"]), desk.Camera(), p)));
+      }
+    std::sort(distances.begin(), distances.end());
+    const double median = distances[distances.size() / 2];
+    RecordProperty("median_px", std::to_string(median));
+    std::printf("lips of the given cut: median %.2f px, 90 %% within %.2f px of the true lips\n",
+                median, distances[distances.size() * 9 / 10]);
+    EXPECT_LT(median, 3.0);
+  }
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace kerf
