@@ -147,7 +147,7 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
   cv::resize(mask, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
   cv::threshold(full, full, 127, 255, cv::THRESH_BINARY);
   // A tool's rim and its shadow belong to it.
-  cv::dilate(instruments, instruments, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  cv::dilate(instruments, instruments, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
   cv::resize(instruments, hidden, bgr.size(), 0, 0, cv::INTER_NEAREST);
   full.setTo(OrganSegmenter::kHidden, hidden);
   return ToImage(full);

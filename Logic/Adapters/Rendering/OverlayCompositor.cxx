@@ -219,7 +219,9 @@ void OverlayCompositor::PaintMargin(const CameraModel& camera, const OverlayScen
   const int dashes = std::max(12, static_cast<int>(0.25 * std::hypot(w, box.y1 - box.y0)));
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) {
-      if (tumour[std::size_t(y) * inside.width + x]) continue;  // a small bound hugs the tumour
+      const std::size_t i = std::size_t(y) * inside.width + x;
+      // A small bound hugs the tumour; what lies before the tumour is no border of it.
+      if (tumour[i] || inside.surface[i] == GeometryBuffers::Internal) continue;
       const double off = std::abs(distance[std::size_t(y - box.y0) * w + x - box.x0] - radius);
       if (off >= 1.5) continue;
       const double angle = std::atan2(y - middle.y(), x - middle.x()) + M_PI;

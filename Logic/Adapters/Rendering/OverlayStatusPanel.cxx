@@ -19,7 +19,8 @@ std::string Format(const char* format, double value) {
   return buffer;
 }
 
-void DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* bgr) {
+/// @return where it drew
+PixelBox DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* bgr) {
   using Gate = OverlayStatus::Gate;
   const bool off = status.gate == Gate::Off, amber = status.gate == Gate::Amber;
   const Color lamp = off ? kAlarm : amber ? Color{255, 190, 40} : Color{70, 225, 110};
@@ -39,7 +40,7 @@ void DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* b
   text->Draw(title, x, box.y0 + pad / 4, size, true, lamp, bgr);
   x += text->Layout(title, size, true).width + pad;
   if (!why.empty()) text->Draw(why, x, box.y0 + pad / 4, size, false, kText, bgr);
-  if (status.gate == Gate::Green) return;
+  if (status.gate == Gate::Green) return box;
   // A frame around the picture: seen from the corner of the eye, and by those who do not read.
   const int t = std::max(2, unit / 5);
   const int w = bgr->width, h = bgr->height;
@@ -48,9 +49,12 @@ void DrawGate(const OverlayStatus& status, int unit, TextPainter* text, Image* b
     for (int y = side.y0; y < side.y1; ++y)
       for (int u = side.x0; u < side.x1; ++u)
         for (int k = 0; k < 3; ++k) bgr->data[3 * (std::size_t(y) * w + u) + k] = lamp[2 - k];
+  return box;
 }
 
-void DrawFigures(const OverlayScene& scene, int unit, TextPainter* text, Image* bgr) {
+/// @param gate box that is taken: where a long reason comes too near, the figures stand below it
+void DrawFigures(const OverlayScene& scene, int unit, const PixelBox& gate, TextPainter* text,
+                 Image* bgr) {
   const OverlayStatus& status = scene.status;
   const bool off = status.gate == OverlayStatus::Gate::Off;
   struct Line {
@@ -76,7 +80,9 @@ void DrawFigures(const OverlayScene& scene, int unit, TextPainter* text, Image* 
     width = std::max(width, text->Layout(line, size, bold).width);
     height += text->Layout(line, size, bold).height;
   }
-  const PixelBox box{bgr->width - width - 3 * pad, pad, bgr->width - pad, pad + height};
+  const int left = bgr->width - width - 3 * pad;
+  const int top = gate.x1 + pad > left ? gate.y1 + pad / 2 : pad;
+  const PixelBox box{left, top, bgr->width - pad, top + height};
   TextPainter::Panel(box, kGroundOpacity, kGround, bgr);
   int y = box.y0 + pad / 4;
   for (const auto& [line, bold, color] : lines) {
@@ -136,8 +142,9 @@ void DrawStatusPanel(const OverlayOptions& options, const OverlayScene& scene, T
   const int unit =
       std::max(11, static_cast<int>(std::lround(bgr->height / 28.0)));  // 19 px at 540 lines
   const bool off = scene.status.gate == OverlayStatus::Gate::Off;
-  if (options.show_status || off) DrawGate(scene.status, unit, text, bgr);
-  if (options.show_status) DrawFigures(scene, unit, text, bgr);
+  PixelBox gate;
+  if (options.show_status || off) gate = DrawGate(scene.status, unit, text, bgr);
+  if (options.show_status) DrawFigures(scene, unit, gate, text, bgr);
   if (options.show_legend && !off) DrawLegend(scene, unit, text, bgr);
   if (options.show_notice) {
     const std::string notice = "Research use, not a medical device";

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "Cutting/TetCutter.h"
 #include "Geometry/EmbedPoints.h"
@@ -62,23 +63,53 @@ TEST(CutView, NothingWithoutACut) {
   EXPECT_TRUE(std::isnan(view.TumourMargin_mm()));
 }
 
+/// Extent along x of all lips.
+std::pair<double, double> Across(const CutView& view) {
+  double low = 1e9, high = -1e9;
+  for (const Points& lip : view.Lips()) {
+    low = std::min(low, lip.col(0).minCoeff());
+    high = std::max(high, lip.col(0).maxCoeff());
+  }
+  return {low, high};
+}
+
 TEST(CutView, LipsPartAsTheCutOpens) {
   RegistrationState state = CutBlock();
   CutView view;
   view.Update(state);
-  ASSERT_EQ(view.Lips().size(), 2u);
-  const Points closed = view.Lips()[0];
-  EXPECT_GT(closed.rows(), 20) << "over the whole width";
-  for (Index i = 0; i < closed.rows(); ++i) {
-    EXPECT_NEAR(closed(i, 0), kAt_mm, 0.5);
-    EXPECT_NEAR(closed(i, 2), kFront_mm, 0.5) << "on the surface, not on a face of the cut";
+  ASSERT_FALSE(view.Lips().empty());
+  double length = 0;
+  for (const Points& lip : view.Lips()) {
+    EXPECT_LT((lip.col(2).array() - kFront_mm).abs().maxCoeff(), 2.6)
+        << "on the surface, not on the far side";
+    for (Index i = 0; i + 1 < lip.rows(); ++i) length += (lip.row(i + 1) - lip.row(i)).norm();
   }
+  EXPECT_GT(length, 2 * 29.0) << "both lips, over the whole width";
+  EXPECT_NEAR(Across(view).first, kAt_mm, 0.1);
+  EXPECT_NEAR(Across(view).second, kAt_mm, 0.1);
   Open(6.0, &state);
   view.Update(state);
-  const double first = view.Lips()[0].col(0).mean(), second = view.Lips()[1].col(0).mean();
-  EXPECT_NEAR(std::min(first, second), kAt_mm, 0.5);
-  EXPECT_NEAR(std::max(first, second), kAt_mm + 6.0, 0.5);
-  EXPECT_EQ(view.LipCuts(), (std::vector<int>{0, 0}));
+  EXPECT_NEAR(Across(view).first, kAt_mm, 0.1);
+  EXPECT_NEAR(Across(view).second, kAt_mm + 6.0, 0.1);
+  for (const Points& lip : view.Lips())
+    for (Index i = 0; i + 1 < lip.rows(); ++i)
+      EXPECT_LT((lip.row(i + 1) - lip.row(i)).norm(), 6.0) << "no line leaps over the opening";
+  EXPECT_EQ(view.LipCuts().size(), view.Lips().size());
+}
+
+TEST(CutView, AProposedCutIsALineOnTheSurface) {
+  RegistrationState state = CutBlock();
+  ModelCut proposed = state.cuts[0];
+  proposed.line.points.col(0).array() -= 20;
+  state.cuts.push_back(proposed);
+  state.positions.col(1).array() += 3;
+  CutView view;
+  view.Update(state);
+  ASSERT_EQ(view.LipCuts().back(), 1);
+  const Points& line = view.Lips().back();
+  EXPECT_LT((line.col(0).array() - (kAt_mm - 20)).abs().maxCoeff(), 0.01);
+  EXPECT_LT((line.col(2).array() - kFront_mm).abs().maxCoeff(), 0.01);
+  EXPECT_NEAR(line.col(1).maxCoeff(), 15 + 3, 1.1);
 }
 
 TEST(CutView, MarginIsTheDistanceFromTumourToCut) {
