@@ -154,6 +154,7 @@ void SaveWork(const PlanningWork& work, const std::string& file) {
   out.Value(plan.margin_mm);
   out.Value(plan.depth_mm);
   out.Vector(plan.direction);
+  out.Value<char>(plan.follows_surface);
   out.Value<std::uint64_t>(plan.line.rows());
   out.Doubles(plan.line.data(), static_cast<std::size_t>(plan.line.size()));
   out.Text(work.rest.camera_path);
@@ -186,6 +187,7 @@ PlanningWork LoadWork(const std::string& file) {
   plan.margin_mm = in.Value<double>("plan");
   plan.depth_mm = in.Value<double>("plan");
   plan.direction = in.Vector("plan");
+  plan.follows_surface = in.Value<char>("plan") != 0;
   plan.line.resize(static_cast<Eigen::Index>(in.Count(100000, "plan")), 3);
   in.Bytes(plan.line.data(), static_cast<std::size_t>(plan.line.size()) * sizeof(double), "plan");
   work.rest.camera_path = in.Text("camera");

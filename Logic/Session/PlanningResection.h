@@ -25,10 +25,11 @@ struct PlanningModel {
 
 /// A planned resection: a line on the organ's surface, extruded to a sheet.
 struct ResectionPlan {
-  double margin_mm = 5;     ///< wanted between tumour and cut
-  Points line{0, 3};        ///< control points on the organ surface, in order
-  Vec3 direction{0, 0, 1};  ///< into the tissue, unit vector
-  double depth_mm = 40;     ///< of the sheet below the line
+  double margin_mm = 5;         ///< wanted between tumour and cut
+  Points line{0, 3};            ///< control points on the organ surface, in order
+  Vec3 direction{0, 0, 1};      ///< into the tissue, unit vector
+  double depth_mm = 40;         ///< of the sheet below the line
+  bool follows_surface = true;  ///< the direction is the mean one into the surface
 };
 
 /// The line between its control points, on the surface, at most `step_mm` between two points.

@@ -131,7 +131,9 @@ void PlanningSession::SetModel(std::shared_ptr<const PlanningModel> model, std::
   Touch(PlanningChange::Model);
 }
 
-void PlanningSession::ChangePlan(const std::string& name, const ResectionPlan& now) {
+void PlanningSession::ChangePlan(const std::string& name, ResectionPlan now) {
+  if (now.follows_surface && model_ && now.line.rows() > 0)
+    now.direction = SuggestDirection(model_->organ_surface, now.line);
   const ResectionPlan before = plan_;
   const auto set = [this](const ResectionPlan& plan) {
     plan_ = plan;
@@ -157,8 +159,6 @@ void PlanningSession::AddLinePoint(const Vec3& position_mm) {
   ResectionPlan now = plan_;
   now.line.conservativeResize(plan_.line.rows() + 1, 3);
   now.line.row(plan_.line.rows()) = position_mm.transpose();
-  if (model_ && now.line.rows() <= 2)
-    now.direction = SuggestDirection(model_->organ_surface, now.line);
   ChangePlan("add point to the resection line", now);
 }
 
@@ -180,7 +180,15 @@ void PlanningSession::SetDirection(const Vec3& direction) {
   if (direction.norm() < 1e-9 || (plan_.direction - direction.normalized()).norm() < 1e-9) return;
   ResectionPlan now = plan_;
   now.direction = direction.normalized();
+  now.follows_surface = false;
   ChangePlan("turn the resection sheet", now);
+}
+
+void PlanningSession::FollowSurface() {
+  if (plan_.follows_surface) return;
+  ResectionPlan now = plan_;
+  now.follows_surface = true;
+  ChangePlan("turn the resection sheet into the surface", now);
 }
 
 void PlanningSession::SetDepth(double depth_mm) {

@@ -104,7 +104,9 @@ class PlanningSession {
   void AddLinePoint(const Vec3& position_mm);
   void MoveLinePoint(int index, const Vec3& position_mm);
   void ClearLine();
+  /// A direction of one's own; or the one into the surface, which follows the line.
   void SetDirection(const Vec3& direction);
+  void FollowSurface();
   void SetDepth(double depth_mm);
   /// Measures belong to the plan of this moment; they go with its next change.
   void SetMeasures(ResectionMeasures measures, double within_margin_ml);
@@ -145,7 +147,7 @@ class PlanningSession {
   void Tell(PlanningChange change);
   void Touch(PlanningChange change);
   void PushLabels(const std::string& name, LabelDelta delta);
-  void ChangePlan(const std::string& name, const ResectionPlan& plan);
+  void ChangePlan(const std::string& name, ResectionPlan now);
   void ChangePoints(const std::string& name, std::vector<MarkupPoint> PlanningSession::*points,
                     std::vector<MarkupPoint> now, PlanningChange change);
 

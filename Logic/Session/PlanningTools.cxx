@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 
 #include "Core/Errors.h"
@@ -157,10 +158,25 @@ LabelVoxels SmoothTool(const LabelMap& labels, int label, double radius_mm, Prog
         for (int i = 0; i < n[axis]; ++i) field[first + i * stride] = line[i];
       });
     }
+  // A half as level would make whatever is round smaller: the level is the one that keeps the
+  // volume.
+  std::vector<float> values;
+  std::size_t before = 0;
+  box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {
+    const std::uint8_t now = out[at];
+    before += now == label;
+    if (now == 0 || now == label) values.push_back(field[in_box]);
+  });
+  float level = 0.5f;
+  if (before < values.size()) {
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>(before);
+    std::nth_element(values.begin(), nth, values.end(), std::greater<float>());
+    level = std::clamp(*nth, 0.35f, 0.65f);
+  }
   box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {
     const std::uint8_t now = out[at];
     if (now != 0 && now != label) return;
-    out[at] = field[in_box] > 0.5f ? static_cast<std::uint8_t>(label) : 0;
+    out[at] = field[in_box] > level ? static_cast<std::uint8_t>(label) : 0;
   });
   return out;
 }

@@ -34,8 +34,8 @@ LabelVoxels RemoveIslandsTool(const LabelMap& labels, int label, double least_ml
                               Progress& progress);
 /// Background enclosed by labels becomes `label`.
 LabelVoxels FillHolesTool(const LabelMap& labels, int label, Progress& progress);
-/// Majority within a box of about `radius_mm`: rounds edges, removes spikes. Other labels keep
-/// their voxels.
+/// Majority within about `radius_mm` at the level that keeps the volume: rounds edges, removes
+/// spikes. Other labels keep their voxels.
 LabelVoxels SmoothTool(const LabelMap& labels, int label, double radius_mm, Progress& progress);
 
 enum class BooleanOperation { Add, Subtract, Intersect };

@@ -18,7 +18,16 @@ namespace fs = std::filesystem;
 /// As `kerf plan` names its input: by its content, so that the same CT has the same pseudonym.
 std::string HashOfInput(const std::string& path, Progress& progress) {
   if (!fs::exists(path)) return {};
-  if (!fs::is_directory(path)) return Sha256OfFile(path);
+  if (!fs::is_directory(path)) {
+    // The CT of a case that is planned on: what the case was made from stays its input.
+    const std::string parent = fs::path(path).parent_path().string();
+    if (FolderFormat(parent) == "kerf-case") {
+      const CaseManifest manifest = CaseFolder::Open(parent, false).Manifest();
+      const auto input = manifest.provenance.find("input_sha256");
+      if (input != manifest.provenance.end()) return input->second;
+    }
+    return Sha256OfFile(path);
+  }
   std::set<std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(path))
     if (entry.is_regular_file()) files.insert(entry.path().string());
@@ -146,6 +155,7 @@ OpenedCase ReadCaseForPlanning(const std::string& folder, Progress& progress) {
   for (int a = 0; a < 3; ++a)
     plan.direction[a] =
         NumberOf(provenance, std::string("plan_direction_") + "xyz"[a], plan.direction[a]);
+  plan.follows_surface = false;  // the saved direction stays
   result.rest.folder = folder;
   result.rest.dirty = false;
   result.planned = planned;

@@ -137,6 +137,11 @@ void PlanningJobs::Segment(const QString& preset) {
     host_->Say(qKerfHost::Problem, tr("Open a CT first (step 1)."));
     return;
   }
+  if (preset.isEmpty() && !session_.Seeds().empty()) {
+    host_->Say(qKerfHost::Problem, tr("Seeds need to know the organ: choose the preset Liver or "
+                                      "Kidney, or remove the seeds."));
+    return;
+  }
   struct Result {
     kerf::LabelMap labels;
     kerf::SegmentationReport report;
@@ -151,7 +156,7 @@ void PlanningJobs::Segment(const QString& preset) {
     request.seeds.push_back({kind, p.position_mm, p.label});
   }
   request.seeds_source = "your seeds";
-  const bool by_itself = preset.isEmpty() && request.seeds.empty();
+  const bool by_itself = preset.isEmpty();
   if (!preset.isEmpty()) request.preset = kerf::ParseOrganPreset(preset.toStdString());
   qKerfJobRunner::Job job;
   job.title = preset.isEmpty() ? tr("Segmenting the organ") : tr("Segmenting the %1").arg(preset);

@@ -1,5 +1,6 @@
 #include "PlanningRecovery.h"
 
+#include <QCoreApplication>
 #include <QDateTime>
 #include <QFile>
 #include <QFileInfo>
@@ -19,7 +20,12 @@ PlanningRecovery::PlanningRecovery(qKerfHost* host, kerf::PlanningSession& sessi
       session_(session),
       quiet_(new qKerfJobRunner(this)),
       timer_(new QTimer(this)),
+      lock_(host->WorkFolder("planning") + "/lock"),
       file_(host->WorkFolder("planning") + "/autosave.kerfwork") {
+  lock_.setStaleLockTime(0);  // a lock goes with its process, not with time
+  if (!lock_.tryLock())
+    file_ = host->WorkFolder("planning") +
+            QStringLiteral("/autosave-%1.kerfwork").arg(QCoreApplication::applicationPid());
   timer_->setSingleShot(true);
   timer_->setInterval(kDelay_ms);
   connect(timer_, &QTimer::timeout, this, &PlanningRecovery::Save);

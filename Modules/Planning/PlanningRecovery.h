@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QLockFile>
 #include <QObject>
 #include <QString>
 
@@ -29,5 +30,6 @@ class PlanningRecovery : public QObject {
   kerf::PlanningSession& session_;
   qKerfJobRunner* quiet_;
   QTimer* timer_;
+  QLockFile lock_;  ///< a second window keeps its work apart
   QString file_;
 };

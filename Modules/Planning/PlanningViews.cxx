@@ -176,7 +176,7 @@ void PlanningViews::StartPreview() {
       const kerf::LabelInfo& info = session_.LabelInfos()[label - 1];
       if (info.visible && !(*surfaces)[label].Empty())
         scene_->SetSurface(kNames[label], (*surfaces)[label], ColorOf(label),
-                           label == 1 ? 0.45 : 1.0);
+                           label == 1 ? 0.5 : 1.0);
       else
         scene_->Remove(kNames[label]);
     }
@@ -205,23 +205,26 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
     return;
   }
   const kerf::SurfaceMesh* tumour = model->Find("tumour");
-  std::vector<double> to_tumour;
-  if (tumour) to_tumour = kerf::DistancesTo(*tumour, model->organ_surface.points);
+  if (distances_of_ != model) {
+    distances_of_ = model;
+    to_tumour_mm_.clear();
+    if (tumour) to_tumour_mm_ = kerf::DistancesTo(*tumour, model->organ_surface.points);
+  }
   const double margin = session_.Plan().margin_mm;
   const auto visible = [this](int label) { return session_.LabelInfos()[label - 1].visible; };
   if (quality)
     scene_->SetColoredSurface("organ", model->organ_surface, QualityOf(model->mesh), 8, 60,
                               tr("angle °"), 1);
   else if (organ_colored && tumour)
-    scene_->SetColoredSurface("organ", model->organ_surface, to_tumour, 0,
+    scene_->SetColoredSurface("organ", model->organ_surface, to_tumour_mm_, 0,
                               4 * std::max(margin, 5.0), tr("to tumour, mm"), 1);
   else if (visible(1))
-    scene_->SetSurface("organ", model->organ_surface, ColorOf(1), 0.4);
+    scene_->SetSurface("organ", model->organ_surface, ColorOf(1), 0.5);
   for (const int label : {2, 3})
     if (const kerf::SurfaceMesh* s = model->Find(kNames[label]))
       if (visible(label)) scene_->SetSurface(kNames[label], *s, ColorOf(label), 1);
   if (tumour && margin > 0)
-    scene_->SetIsoline("margin", model->organ_surface, to_tumour, margin, QColor("#ffffff"));
+    scene_->SetIsoline("margin", model->organ_surface, to_tumour_mm_, margin, QColor("#ffffff"));
   const kerf::Points& control = session_.Plan().line;
   if (control.rows() > 0) {
     scene_->SetPoints("points", control, {}, QColor("#ff4fa3"), 1.4);

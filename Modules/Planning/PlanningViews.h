@@ -6,9 +6,7 @@
 #include "Session/PlanningSession.h"
 
 class QGridLayout;
-class QSplitter;
 class QWidget;
-class qKerfHost;
 class qKerfJobRunner;
 class qKerfSceneView;
 class qKerfSliceView;
@@ -17,7 +15,6 @@ class qKerfSliceView;
 class PlanningViews : public QObject {
   Q_OBJECT
  public:
-  /// @param surfaces runner of the quiet jobs that make 3-D previews of the labels
   PlanningViews(kerf::PlanningSession& session, QObject* parent);
 
   QWidget* Widget() const { return widget_; }
@@ -61,4 +58,7 @@ class PlanningViews : public QObject {
   std::uint64_t preview_state_ = 0;
   bool margin_shown_ = false, preview_waits_ = false;
   kerf::LabelMap margin_;
+  /// Organ surface to tumour: looked up at every change of the plan.
+  std::shared_ptr<const kerf::PlanningModel> distances_of_;
+  std::vector<double> to_tumour_mm_;
 };

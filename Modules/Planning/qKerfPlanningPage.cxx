@@ -288,11 +288,8 @@ void qKerfPlanningPage::WireRest() {
   });
   connect(plan_, &qKerfPlanPanel::DirectionFromViewWanted, this,
           [this] { session_->SetDirection(views_->Scene()->ViewDirection()); });
-  connect(plan_, &qKerfPlanPanel::DirectionFromSurfaceWanted, this, [this] {
-    if (session_->Model())
-      session_->SetDirection(
-          kerf::SuggestDirection(session_->Model()->organ_surface, session_->Plan().line));
-  });
+  connect(plan_, &qKerfPlanPanel::DirectionFromSurfaceWanted, this,
+          [this] { session_->FollowSurface(); });
   connect(plan_, &qKerfPlanPanel::MeasureWanted, this, [this] {
     plan_->StopDrawing();
     jobs_->Measure();

@@ -64,6 +64,7 @@ namespace {
 void Paint(vtkProperty* property, const QColor& color, double opacity) {
   property->SetColor(color.redF(), color.greenF(), color.blueF());
   property->SetOpacity(opacity);
+  property->SetAmbient(0.2);
   property->SetSpecular(0.15);
   property->SetSpecularPower(20);
 }
@@ -148,6 +149,7 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   impl_->cube->SetZPlusFaceText("S");
   impl_->cube->SetZMinusFaceText("I");
   impl_->cube->SetFaceTextScale(0.6);
+  impl_->cube->SetZFaceTextRotation(-90);  // upright with anterior up
   impl_->marker->SetOrientationMarker(impl_->cube);
   impl_->marker->SetInteractor(impl_->window->GetInteractor());
   impl_->marker->SetViewport(0.0, 0.0, 0.16, 0.2);

@@ -20,6 +20,8 @@ GuiDriver::GuiDriver(const QString& folder)
   window_->resize(1280, 800);
   window_->show();
   if (!QTest::qWaitForWindowExposed(window_.get())) qFatal("the window does not show");
+  // There may be no window manager that would: keys go to the active window.
+  QApplication::setActiveWindow(window_.get());
   window_->ShowPage("planning");
   QTest::qWait(50);
 }
@@ -27,7 +29,10 @@ GuiDriver::GuiDriver(const QString& folder)
 GuiDriver::~GuiDriver() = default;
 
 QWidget* GuiDriver::Find(const QString& name) const {
-  auto* found = window_->findChild<QWidget*>(name);
+  // Other modules may use the same names.
+  auto* page = window_->findChild<QWidget*>("planningPage");
+  auto* found = page ? page->findChild<QWidget*>(name) : nullptr;
+  if (!found) found = window_->findChild<QWidget*>(name);
   if (!found) qFatal("no widget %s", qPrintable(name));
   return found;
 }
@@ -89,7 +94,7 @@ void GuiDriver::Drag(const QString& view, double x0, double y0, double x1, doubl
     QApplication::sendEvent(w, &move);
   }
   QTest::mouseRelease(w, Qt::LeftButton, Qt::NoModifier, at(x1, y1));
-  QTest::qWait(20);
+  QTest::qWait(250);  // panels follow a stroke when it rests
 }
 
 void GuiDriver::ClickAt(const QString& view, double x, double y) const {

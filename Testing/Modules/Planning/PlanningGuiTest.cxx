@@ -138,7 +138,9 @@ void PlanningGuiTest::BadInputsAreSentences() {
   QVERIFY2(gui_->Message().contains("letter.nii"), qPrintable(gui_->Message()));
   // Seeds nowhere and nothing to find: a kidney in nothing but fat.
   kerf::Volume fat = kerf::testing::SmallCt();
-  fat.voxels = std::make_shared<std::vector<std::int16_t>>(fat.grid.VoxelCount(), -100);
+  auto voxels = std::make_shared<std::vector<std::int16_t>>(*fat.voxels);
+  for (std::int16_t& v : *voxels) v = std::min<std::int16_t>(v, -80);
+  fat.voxels = voxels;
   kerf::WriteVolume(Path("fat.nrrd").toStdString(), fat);
   gui_->Drop(Path("fat.nrrd"));
   QVERIFY(gui_->Idle());
@@ -373,6 +375,7 @@ int main(int argc, char** argv) {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
   format.setSamples(0);
   QSurfaceFormat::setDefaultFormat(format);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   QApplication app(argc, argv);
   setlocale(LC_NUMERIC, "C");
   if (argc == 4 && QString(argv[1]) == kCrash) return PaintAndBeKilled(argv[2], argv[3]);

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
   format.setSamples(0);
   QSurfaceFormat::setDefaultFormat(format);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   QApplication app(argc, argv);
   setlocale(LC_NUMERIC, "C");
   if (argc != 6) {
@@ -52,9 +53,6 @@ int main(int argc, char** argv) {
   timed("open");
   shoot("import");
   gui.Step(1);
-  gui.Click("toolSeed");
-  gui.ClickAt("sliceAxial", 0.5, 0.5);
-  QTest::keyClick(gui.Window(), Qt::Key_Z, Qt::ControlModifier);
   gui.Click("segmentButton");
   timed("segment");
   gui.Click("toolPaint");
@@ -72,6 +70,7 @@ int main(int argc, char** argv) {
   for (int p = 0; p < 9; ++p) gui.ClickAt("sceneCanvas", 0.56, 0.08 + 0.105 * p);
   gui.Click("drawLineButton");
   qobject_cast<QDoubleSpinBox*>(gui.Find("depthSpin"))->setValue(80);
+  QTest::qWait(100);
   gui.Click("measureButton");
   timed("measure");
   shoot("plan");

@@ -170,6 +170,23 @@ TEST(PlanningSession, MeasuresGoWithThePlanTheyBelongTo) {
   EXPECT_FALSE(session.Measures());
 }
 
+TEST(PlanningSession, DirectionFollowsTheLineUntilItIsGiven) {
+  UndoStack undo;
+  PlanningSession session(undo);
+  session.SetVolume(Ct(), "/ct.nrrd", "", {});
+  PaintOnce(session, 8);
+  session.SetModel(BoxModel(), session.LabelsState());
+  session.AddLinePoint(Vec3(0, -5, 5));
+  EXPECT_LT((session.Plan().direction - Vec3(0, 0, -1)).norm(), 1e-9);
+  session.SetDirection(Vec3(0, 2, 0));
+  session.AddLinePoint(Vec3(0, 5, 5));
+  EXPECT_EQ(session.Plan().direction, Vec3(0, 1, 0));
+  session.FollowSurface();
+  EXPECT_LT((session.Plan().direction - Vec3(0, 0, -1)).norm(), 1e-9);
+  undo.Undo();
+  EXPECT_EQ(session.Plan().direction, Vec3(0, 1, 0));
+}
+
 TEST_F(WorkFile, AutosaveGivesEverythingBack) {
   UndoStack undo;
   PlanningSession session(undo);

@@ -19,7 +19,7 @@ Volume SmallCt() {
       for (int i = 0; i < ct.grid.size[0]; ++i, ++at) {
         const Vec3 p = ct.grid.WorldFromIndex(Vec3(i, j, k));
         const double organ = p.cwiseQuotient(Vec3(36, 24, 22)).norm();
-        double hu = -100;
+        double hu = j < 2 ? -1000 : -100;
         if (organ < 1) hu = 165;
         if ((p - Vec3(16, -8, 2)).norm() < 7) hu = 80;
         if (std::hypot(p[1] - 3, p[2] + 1) < 4 && p[0] > -22 && p[0] < 2) hu = 400;
