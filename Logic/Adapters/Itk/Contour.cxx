@@ -47,4 +47,38 @@ ScalarField SnapToEdges(const ScalarField& image, const ScalarField& inside, int
   return out;
 }
 
+Mask AtHalfContrast(const ScalarField& image, const Mask& organ) {
+  constexpr double kProbe_mm = 3;  // past the partial volumes
+  constexpr float kLeastContrast_hu = 60;
+  const ScalarField depth = SignedDistance_mm(organ);
+  const auto& grid = image.grid;
+  const auto& s = grid.size;
+  const double band = grid.spacing_mm.maxCoeff();
+  const auto value = [&](const Vec3& index) {
+    Eigen::Vector3i at;
+    for (int a = 0; a < 3; ++a) at[a] = std::clamp(int(std::lround(index[a])), 0, s[a] - 1);
+    return image.values[grid.Offset(at[0], at[1], at[2])];
+  };
+  Mask settled = organ;
+  for (int k = 1; k + 1 < s[2]; ++k)
+    for (int j = 1; j + 1 < s[1]; ++j)
+      for (int i = 1; i + 1 < s[0]; ++i) {
+        const std::size_t at = grid.Offset(i, j, k);
+        if (std::abs(depth.values[at]) > band) continue;
+        const Vec3 inwards(
+            (depth.values[grid.Offset(i + 1, j, k)] - depth.values[grid.Offset(i - 1, j, k)]) /
+                grid.spacing_mm[0],
+            (depth.values[grid.Offset(i, j + 1, k)] - depth.values[grid.Offset(i, j - 1, k)]) /
+                grid.spacing_mm[1],
+            (depth.values[grid.Offset(i, j, k + 1)] - depth.values[grid.Offset(i, j, k - 1)]) /
+                grid.spacing_mm[2]);
+        if (inwards.norm() < 1e-6) continue;
+        const Vec3 step = kProbe_mm * inwards.normalized().cwiseQuotient(grid.spacing_mm);
+        const float inner = value(Vec3(i, j, k) + step), outer = value(Vec3(i, j, k) - step);
+        if (inner - outer < kLeastContrast_hu) continue;
+        if (image.values[at] > 0.5f * (inner + outer)) settled.values[at] = 1;
+      }
+  return settled;
+}
+
 }  // namespace kerf

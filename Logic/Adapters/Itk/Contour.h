@@ -12,4 +12,10 @@ namespace kerf {
 ScalarField SnapToEdges(const ScalarField& image, const ScalarField& inside, int iterations,
                         Progress& progress);
 
+/// Voxels within one spacing of the boundary join the organ where they are on its side of half
+/// contrast, between what lies inside and outside along the normal: smoothing pulls convex
+/// boundaries inwards by a part of a voxel. Where the neighbour has nearly the organ's brightness,
+/// nothing is changed; nothing is taken away, so that fat in folds of the organ stays.
+Mask AtHalfContrast(const ScalarField& image, const Mask& organ);
+
 }  // namespace kerf

@@ -58,9 +58,12 @@ void Join(Mask* into, const Mask& other) {
     into->values[i] = into->values[i] || other.values[i];
 }
 
-Scene MakeScene(const Volume& ct, const Mask& organ, const Tissue& tissue, Progress& progress) {
+Scene MakeScene(const Volume& ct, const Mask& organ, const Tissue& tissue,
+                const ScalarField& drift_hu, Progress& progress) {
   Scene scene;
   scene.image = Denoise(Sample(ct, organ.grid, progress, kContrastMost), 3, progress);
+  const ScalarField drift = Resample(drift_hu, organ.grid, 0.f);
+  for (std::size_t i = 0; i < drift.values.size(); ++i) scene.image.values[i] -= drift.values[i];
   scene.inside = SignedDistance_mm(organ);
   scene.voxel_mm = organ.grid.spacing_mm.maxCoeff();
   std::vector<float> parenchyma =
@@ -70,6 +73,19 @@ Scene MakeScene(const Volume& ct, const Mask& organ, const Tissue& tissue, Progr
   scene.mean = parenchyma.empty() ? tissue.mean_hu : Median(parenchyma);
   scene.noise = parenchyma.empty() ? 10 : Spread(parenchyma, scene.mean);
   return scene;
+}
+
+/// Face-connected parts of a mask, numbered from 0; −1 outside.
+struct Connected {
+  Field<std::int32_t> part;
+  int count = 0;
+};
+Connected ConnectedParts(const Mask& mask) {
+  std::vector<std::size_t> sizes;
+  Connected found{Components(mask, &sizes), 0};
+  for (std::int32_t& c : found.part.values) --c;
+  found.count = int(sizes.size());
+  return found;
 }
 
 /// Fraction of the shell around a part that is organ.
@@ -137,6 +153,42 @@ bool JoinOutgrowths(const Scene& scene, const OrganKnowledge& knowledge, const T
   return true;
 }
 
+/// Contrast agent in a pocket of the organ belongs to it, though the way out is open.
+void JoinPockets(const Scene& scene, const OrganKnowledge& knowledge, Mask* organ) {
+  constexpr double kPocket_mm = 8, kEnclosed = 0.75;
+  const Mask closed = Close(*organ, kPocket_mm);
+  Mask pocket(organ->grid, 0);
+  const double bright = scene.mean + std::max(knowledge.internal.contrast_hu, 3.5 * scene.noise);
+  for (std::size_t i = 0; i < pocket.values.size(); ++i)
+    pocket.values[i] = closed.values[i] && !organ->values[i] && scene.image.values[i] > bright;
+  const Connected found = ConnectedParts(pocket);
+  const auto enclosed = EnclosedFractions(found.part, found.count, *organ);
+  bool any = false;
+  for (std::size_t i = 0; i < pocket.values.size(); ++i) {
+    const int p = found.part.values[i];
+    if (p < 0 || enclosed[std::size_t(p)] < kEnclosed) continue;
+    organ->values[i] = 1;
+    any = true;
+  }
+  if (any) *organ = FillHoles(*organ);
+}
+
+/// Bright bodies that lie on the organ rather than in it are ribs and cartilage. What is left is
+/// opened: rims between two of them would pinch the mesh.
+void RemoveLeaning(Mask* bright, Mask* organ) {
+  constexpr double kEnclosed = 0.75;
+  const Connected found = ConnectedParts(*bright);
+  const auto enclosed = EnclosedFractions(found.part, found.count, *organ);
+  bool any = false;
+  for (std::size_t i = 0; i < bright->values.size(); ++i) {
+    const int p = found.part.values[i];
+    if (p < 0 || enclosed[std::size_t(p)] >= kEnclosed) continue;
+    bright->values[i] = organ->values[i] = 0;
+    any = true;
+  }
+  if (any) *organ = FillHoles(LargestComponent(Open(*organ, organ->grid.spacing_mm.maxCoeff())));
+}
+
 /// Bodies on one side of the parenchyma's HU: found where the difference is certain, outlined at
 /// half contrast.
 Mask Bodies(const Scene& scene, const OrganKnowledge::Blob& blob, bool bright, double open_mm) {
@@ -151,7 +203,16 @@ Mask Bodies(const Scene& scene, const OrganKnowledge::Blob& blob, bool bright, d
   const double level = Quantile(ValuesIn(scene.image, core), bright ? 0.75 : 0.35);
   const double half = 0.5 * (scene.mean + level);
   const Mask all = bright ? Select(scene, half, 1e9, 0) : Select(scene, kSoftTissueHu, half, 0);
-  Mask body = GeodesicGrow(core, all, bright ? 1e6 : 3.5 * scene.voxel_mm);
+  Mask body = core;
+  if (bright) {
+    body = GeodesicGrow(core, all, 1e6);
+  } else {
+    // The organ's own rim is as dark as a tumour: reached from within the tumour, not along it.
+    Mask deep = all;
+    for (std::size_t i = 0; i < deep.values.size(); ++i)
+      deep.values[i] = deep.values[i] && scene.inside.values[i] >= 1.5 * scene.voxel_mm;
+    body = GeodesicGrow(GeodesicGrow(core, deep, 6 * scene.voxel_mm), all, 2.5 * scene.voxel_mm);
+  }
   for (std::size_t i = 0; i < body.values.size(); ++i)
     body.values[i] = body.values[i] && all.values[i];
   return KeepLargerThan(body, VoxelsOf_ml(core.grid, blob.least_ml));
@@ -208,22 +269,29 @@ Mask SeededBody(const Scene& scene, const Vec3& seed_mm, const char* kind, const
 }  // namespace
 
 InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& knowledge,
-                                    const Tissue& tissue, const std::vector<Vec3>& tumour_seeds,
+                                    const Tissue& tissue, const ScalarField& drift_hu,
+                                    const std::vector<Vec3>& tumour_seeds,
                                     const std::vector<Vec3>& internal_seeds, Mask* organ,
                                     Progress& progress) {
   SubProgress first(progress, 0, 0.5);
-  Scene scene = MakeScene(ct, *organ, tissue, first);
+  Scene scene = MakeScene(ct, *organ, tissue, drift_hu, first);
   progress.Report(0.5, "inner structures");
   if (tumour_seeds.empty() && JoinOutgrowths(scene, knowledge, tissue, organ, progress))
     scene.inside = SignedDistance_mm(*organ);
   progress.ThrowIfCancelled();
+  if (internal_seeds.empty()) {
+    JoinPockets(scene, knowledge, organ);
+    scene.inside = SignedDistance_mm(*organ);
+  }
 
   InnerStructures found{Mask(organ->grid, 0), Mask(organ->grid, 0)};
-  if (internal_seeds.empty())
+  if (internal_seeds.empty()) {
     found.internal = Bodies(scene, knowledge.internal, true, 0);
-  else
+    RemoveLeaning(&found.internal, organ);
+  } else {
     for (const Vec3& seed : internal_seeds)
       Join(&found.internal, SeededBody(scene, seed, "internal", *organ));
+  }
   progress.ThrowIfCancelled();
   if (tumour_seeds.empty()) {
     found.tumour = Bodies(scene, knowledge.tumour, false, scene.voxel_mm);

@@ -15,7 +15,8 @@ struct InnerStructures {
 /// vessels); where a person put seeds, those decide and their kind is looked for nowhere else.
 /// Boundaries at half the contrast. `organ` is widened by bodies that grow out of it.
 InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& knowledge,
-                                    const Tissue& tissue, const std::vector<Vec3>& tumour_seeds,
+                                    const Tissue& tissue, const ScalarField& drift_hu,
+                                    const std::vector<Vec3>& tumour_seeds,
                                     const std::vector<Vec3>& internal_seeds, Mask* organ,
                                     Progress& progress);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "Adapters/Itk/Contour.h"
+#include "Adapters/Itk/Drift.h"
 #include "Adapters/Itk/Parts.h"
 #include "Adapters/Itk/RandomWalker.h"
 #include "Adapters/Itk/Statistics.h"
@@ -124,9 +125,22 @@ Mask WithoutThin(const Mask& body, double thin_mm) {
   return GeodesicGrow(kept, body, 1.8 * thin_mm);
 }
 
-Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnowledge& knowledge,
-                 const std::vector<Vec3>& seeds, const std::vector<Vec3>& background,
-                 Progress& progress) {
+/// Ribs and the muscle between them, which without contrast is as bright as a liver: what is bright
+/// and slender (no spine, no contrast-filled organ), closed across the gaps. @param image not
+/// denoised: that melts ribs
+Mask ChestWall(const ScalarField& image, const Tissue& tissue, double gap_mm) {
+  constexpr double kBoneHu = 150, kMostHalfThickness_mm = 8;
+  const double least = std::max(kBoneHu, tissue.high_hu + 75);
+  Mask bones = AtLeast(image, float(least));
+  const Mask thick = Dilate(Erode(bones, kMostHalfThickness_mm), kMostHalfThickness_mm + 3);
+  for (std::size_t i = 0; i < bones.values.size(); ++i)
+    if (thick.values[i]) bones.values[i] = 0;
+  return Close(bones, 0.5 * gap_mm);
+}
+
+Mask CoarseOrgan(const ScalarField& image, const Mask& wall, const Tissue& tissue,
+                 const OrganKnowledge& knowledge, const std::vector<Vec3>& seeds,
+                 const std::vector<Vec3>& background, Progress& progress) {
   Mask same(image.grid, 0);
   FillSame(image, tissue, &same);
   const Mask closed = Close(same, knowledge.closing_mm);
@@ -142,6 +156,8 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
                        double(i / (std::size_t(s[0]) * s[1])));
       if ((image.grid.WorldFromIndex(index) - point).norm() < 3) same.values[i] = 0;
     }
+  for (std::size_t i = 0; i < same.values.size(); ++i)
+    if (wall.values[i]) same.values[i] = 0;
   progress.ThrowIfCancelled();
   progress.Report(0.3, "dividing at necks");
 
@@ -164,7 +180,7 @@ Mask CoarseOrgan(const ScalarField& image, const Tissue& tissue, const OrganKnow
     const bool other_part = part.values[i] >= 0 && !core.values[i];
     if (core.values[i] && core_depth.values[i] >= spacing)
       markers.values[i] = 2;
-    else if ((other_part && depth.values[i] > 0.75 * spacing) ||
+    else if (wall.values[i] || (other_part && depth.values[i] > 0.75 * spacing) ||
              core_depth.values[i] < -4 * spacing || IsOther(image.values[i], tissue))
       markers.values[i] = 1;
   }
@@ -219,8 +235,10 @@ Mask Refine(const Volume& ct, const Mask& coarse, const Tissue& tissue,
   SubProgress snapping(progress, 0.6, 1);
   organ = FillHoles(LargestComponent(organ));
   const ScalarField snapped = SnapToEdges(image, SignedDistance_mm(organ), 10, snapping);
-  if (fine.size == crop.size) return FillHoles(LargestComponent(AtLeast(snapped, 0.f)));
-  return FillHoles(LargestComponent(AtLeast(Resample(snapped, crop, -1e3f), 0.f)));
+  const Mask settled = FillHoles(LargestComponent(AtHalfContrast(image, AtLeast(snapped, 0.f))));
+  if (fine.size == crop.size) return settled;
+  return FillHoles(
+      LargestComponent(AtLeast(Resample(SignedDistance_mm(settled), crop, -1e3f), 0.f)));
 }
 
 }  // namespace
@@ -235,13 +253,22 @@ OrganRegion FindOrgan(const Volume& ct, const OrganKnowledge& knowledge,
     reach = std::max(reach, (seed - center).cwiseAbs().maxCoeff() + 0.7 * knowledge.reach_mm);
   const GridGeometry grid = WorkingGrid(ct.grid, center, reach, knowledge.working_spacing_mm);
   SubProgress coarse_part(progress, 0, 0.5), fine_part(progress, 0.5, 1);
-  ScalarField image = Sample(ct, grid, coarse_part);
+  const ScalarField raw = Sample(ct, grid, coarse_part);
   SubProgress denoising(coarse_part, 0, 0.3);
-  image = Denoise(image, 15, denoising);
+  ScalarField image = Denoise(raw, 15, denoising);
 
   OrganRegion region;
   region.tissue = Learn(image, knowledge, organ, seeds_source);
-  const Mask coarse = CoarseOrgan(image, region.tissue, knowledge, organ, background, coarse_part);
+  SubProgress following(coarse_part, 0.3, 0.4), dividing(coarse_part, 0.4, 1);
+  region.drift_hu = knowledge.follow_drift
+                        ? BrightnessDrift_hu(image, region.tissue, organ, following)
+                        : ScalarField(grid, 0.f);
+  for (std::size_t i = 0; i < image.values.size(); ++i)
+    image.values[i] -= region.drift_hu.values[i];
+  const Mask wall = knowledge.rib_gap_mm > 0 ? ChestWall(raw, region.tissue, knowledge.rib_gap_mm)
+                                             : Mask(grid, 0);
+  const Mask coarse =
+      CoarseOrgan(image, wall, region.tissue, knowledge, organ, background, dividing);
   if (Count(coarse) == 0)
     throw InputError(
         seeds_source, "organ seed",

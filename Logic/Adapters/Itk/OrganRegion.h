@@ -14,6 +14,7 @@ struct Tissue {
 struct OrganRegion {
   Mask mask;  ///< on a crop of the CT's own grid (CropGrid), organ with all that it encloses
   Tissue tissue;
+  ScalarField drift_hu;  ///< BrightnessDrift_hu on the working grid
 };
 
 /// Organ from seeds: coarse grid → same tissue → parts divided at necks → random walker against

@@ -22,6 +22,8 @@ OrganKnowledge Parse(const char* text) {
   k.working_spacing_mm = document.at("working_spacing_mm");
   k.thin_mm = document.at("thin_mm");
   k.closing_mm = document.at("closing_mm");
+  k.follow_drift = document.at("follow_drift");
+  k.rib_gap_mm = document.at("rib_gap_mm");
   const json& tumour = document.at("tumour");
   k.tumour = {tumour.at("contrast_hu"), tumour.at("enclosed"), tumour.at("least_ml")};
   const json& internal = document.at("internal");

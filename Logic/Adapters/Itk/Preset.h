@@ -21,6 +21,10 @@ struct OrganKnowledge {
   double working_spacing_mm = 2;  ///< of the grid on which parts and necks are found
   double thin_mm = 4;             ///< half-thickness below which tissue that leads away is no organ
   double closing_mm = 2;          ///< clefts up to twice this are bridged
+  double rib_gap_mm = 0;  ///< gaps between ribs up to this are chest wall; 0 = far from ribs
+  /// Whether brightness is followed (BrightnessDrift_hu): for organs that reach through half the
+  /// body; in small ones the anatomy would be followed instead.
+  bool follow_drift = false;
   struct Blob {
     double contrast_hu = 0;  ///< least difference from the parenchyma
     double enclosed = 1;     ///< least fraction of its surface that touches the organ

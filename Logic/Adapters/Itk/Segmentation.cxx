@@ -99,9 +99,9 @@ LabelMap Segment(const Volume& ct, const OrganKnowledge& knowledge,
   OrganRegion region =
       FindOrgan(ct, knowledge, organ_seeds, PointsOf(request.seeds, SeedKind::Background),
                 request.seeds_source.empty() ? ct.source : request.seeds_source, organ_part);
-  InnerStructures inner =
-      FindInnerStructures(ct, knowledge, region.tissue, PointsOf(request.seeds, SeedKind::Tumour),
-                          PointsOf(request.seeds, SeedKind::Internal), &region.mask, inner_part);
+  InnerStructures inner = FindInnerStructures(
+      ct, knowledge, region.tissue, region.drift_hu, PointsOf(request.seeds, SeedKind::Tumour),
+      PointsOf(request.seeds, SeedKind::Internal), &region.mask, inner_part);
   region.mask = FillHoles(LargestComponent(region.mask));
   for (std::size_t i = 0; i < region.mask.values.size(); ++i)
     if (!region.mask.values[i]) inner.tumour.values[i] = inner.internal.values[i] = 0;
@@ -151,6 +151,8 @@ LabelMap SegmentStudyCt(const Volume& ct, Progress& progress, SegmentationReport
   OrganKnowledge knowledge = KnowledgeOf(found.preset);
   knowledge.neck_ratio = std::min(knowledge.neck_ratio, 0.5);
   knowledge.thin_mm = 2;
+  knowledge.rib_gap_mm = 0;
+  knowledge.follow_drift = false;
   return Segment(ct, knowledge, request, {found.seed_mm}, progress, report);
 }
 

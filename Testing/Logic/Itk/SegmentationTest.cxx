@@ -5,13 +5,16 @@
 
 #include "Adapters/Itk/Segmentation.h"
 #include "Adapters/Itk/VolumeFiles.h"
+#include "Overlap.h"
 #include "TestSupport.h"
 
 namespace kerf {
 namespace {
 
 using testing::InputErrorOf;
+using testing::LabelDice;
 using testing::Listener;
+using testing::OrganDice;
 using testing::Says;
 
 /// An ellipsoid of 50 × 30 × 26 mm half axes, 120 HU, in fat: a dark sphere at its rim, a bright
@@ -61,28 +64,6 @@ Phantom MakePhantom(bool left_handed = false) {
       }
   p.ct.voxels = voxels;
   return p;
-}
-
-template <class A, class B>
-double Dice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, A in_a,
-            B in_b) {
-  double both = 0, sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool x = in_a(a[i]), y = in_b(b[i]);
-    both += x && y;
-    sum += int(x) + int(y);
-  }
-  return sum > 0 ? 2 * both / sum : 0;
-}
-
-double OrganDice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
-  const auto any = [](int v) { return v > 0; };
-  return Dice(a, b, any, any);
-}
-
-double LabelDice(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b, int n) {
-  const auto is = [n](int v) { return v == n; };
-  return Dice(a, b, is, is);
 }
 
 TEST(Segmentation, FindsOrganTumourAndRodFromOneSeedOnAnObliqueGrid) {
@@ -177,52 +158,6 @@ TEST(Segmentation, StopsSoonWhenCancelled) {
     const auto start = std::chrono::steady_clock::now();
     EXPECT_THROW(SegmentStudyCt(p.ct, progress), Cancelled) << patience;
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
-  }
-}
-
-TEST(SegmentationData, StudyCts) {
-  for (const char* name : {"kidney-1", "kidney-2", "kidney-nocut", "liver-1"}) {
-    const std::string folder = testing::CasesFolder() + "/" + name;
-    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
-    Progress silent;
-    const LabelMap found = SegmentStudyCt(ReadVolume(folder + "/ct.nii.gz"), silent);
-    const LabelMap truth = ReadLabelMap(folder + "/labels.nii.gz");
-    const double organ = OrganDice(*found.voxels, *truth.voxels),
-                 tumour = LabelDice(*found.voxels, *truth.voxels, 2),
-                 internal = LabelDice(*found.voxels, *truth.voxels, 3);
-    printf("%s: organ %.3f tumour %.3f internal %.3f\n", name, organ, tumour, internal);
-    EXPECT_GE(organ, 0.97) << name;
-    EXPECT_GE(tumour, 0.85) << name;
-    EXPECT_GE(internal, 0.85) << name;
-  }
-}
-
-TEST(SegmentationData, LiverAndKidneysWithoutContrast) {
-  const std::string folder = testing::DataFolder() + "/ct-abdomen";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
-  const Volume ct = ReadVolume(folder + "/ct.nii.gz");
-  const LabelMap reference = ReadLabelMap(folder + "/reference_labels.nii.gz");
-  struct Organ {
-    const char* name;
-    OrganPreset preset;
-    int label;
-    Vec3 seed;  ///< LPS, the voxel at least 6 mm inside that is nearest to the centroid
-    double least;
-  };
-  for (const Organ& organ :
-       {Organ{"liver", OrganPreset::Liver, 5, Vec3(-74, -185, 391), 0.89},
-        Organ{"right kidney", OrganPreset::Kidney, 2, Vec3(-80, -128, 346), 0.88},
-        Organ{"left kidney", OrganPreset::Kidney, 3, Vec3(88, -119, 361), 0.88}}) {
-    SegmentationRequest request;
-    request.preset = organ.preset;
-    request.seeds = {{SeedKind::Organ, organ.seed, "seed"}};
-    Progress silent;
-    const LabelMap found = SegmentCt(ct, request, silent);
-    const double dice = Dice(
-        *found.voxels, *reference.voxels, [](int v) { return v > 0; },
-        [&](int v) { return v == organ.label; });
-    printf("%s: %.3f\n", organ.name, dice);
-    EXPECT_GE(dice, organ.least) << organ.name;
   }
 }
 

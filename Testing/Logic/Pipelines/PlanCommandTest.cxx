@@ -55,7 +55,9 @@ class PlanCommand : public ::testing::Test {
     Volume volume;
     volume.grid.size = {7, 5, 4};
     volume.grid.spacing_mm = {0.7, 1.1, 2.5};
-    volume.voxels = std::make_shared<std::vector<std::int16_t>>(7 * 5 * 4, 60);
+    auto voxels = std::make_shared<std::vector<std::int16_t>>();
+    for (int i = 0; i < 7 * 5 * 4; ++i) voxels->push_back(static_cast<std::int16_t>(60 + i));
+    volume.voxels = voxels;
     WriteVolume(folder_ / name, volume);
     std::string bytes = folder_.Read(name);
     std::memcpy(&bytes[offset], &value, sizeof value);
