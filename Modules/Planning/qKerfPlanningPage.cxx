@@ -1,5 +1,6 @@
 #include "qKerfPlanningPage.h"
 
+#include <QAction>
 #include <QComboBox>
 #include <QDragEnterEvent>
 #include <QFileInfo>
@@ -17,6 +18,7 @@
 #include <QVBoxLayout>
 #include <QVariant>
 #include <cmath>
+#include <functional>
 
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Core/Errors.h"
@@ -58,6 +60,7 @@ qKerfPlanningPage::qKerfPlanningPage(qKerfHost* host, QWidget* parent)
   WireImport();
   WireSegment();
   WireRest();
+  MakeShortcuts();
   connect(steps_, &qKerfStepList::StepChosen, this, &qKerfPlanningPage::StepChosen);
   connect(host_, &qKerfHost::ThemeChanged, this, [this] {
     views_->Scene()->ApplyTheme();
@@ -316,6 +319,38 @@ void qKerfPlanningPage::WireRest() {
     if (!host_->ShowModule("intraoperative"))
       host_->Say(qKerfHost::Warning, tr("The module for the operating room is not installed. The "
                                         "case is saved and can be taken there."));
+  });
+}
+
+void qKerfPlanningPage::MakeShortcuts() {
+  const auto add = [this](QWidget* where, const QString& id, const QString& text,
+                          const QString& key, std::function<void()> act) {
+    auto* action = new QAction(text, where);
+    action->setShortcut(QKeySequence(key));
+    connect(action, &QAction::triggered, this, [act = std::move(act)] { act(); });
+    // Keys work where their widget is shown: a tool's on the page of its step alone.
+    where->addAction(action);
+    host_->AddShortcut("planning/" + id, action);
+  };
+  const struct {
+    Tool tool;
+    const char *id, *text, *key;
+  } tools[] = {{Tool::Look, "look", "Tool: look", "1"},
+               {Tool::Seed, "seed", "Tool: seed", "2"},
+               {Tool::Paint, "paint", "Tool: paint", "3"},
+               {Tool::Erase, "erase", "Tool: erase", "4"},
+               {Tool::Grow, "grow", "Tool: grow", "5"}};
+  for (const auto& t : tools)
+    add(segment_, t.id, tr(t.text), t.key, [this, tool = t.tool] { segment_->SetTool(tool); });
+  for (int step = 0; step < kerf::kPlanningSteps; ++step)
+    add(this, QStringLiteral("step-%1").arg(step + 1), tr("Planning: step %1").arg(step + 1),
+        QStringLiteral("Alt+%1").arg(step + 1), [this, step] { steps_->SetCurrent(step); });
+  add(this, "save", tr("Planning: save the case"), "Ctrl+S", [this] {
+    steps_->SetCurrent(static_cast<int>(PlanningStep::Save));
+    if (save_->Folder().isEmpty())
+      host_->Say(qKerfHost::Info, tr("Give the case a folder, then save."));
+    else
+      jobs_->Save(save_->Folder(), views_->Scene()->Picture());
   });
 }
 

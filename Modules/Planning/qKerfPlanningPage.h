@@ -46,6 +46,7 @@ class qKerfPlanningPage : public QWidget {
   void WireImport();
   void WireSegment();
   void WireRest();
+  void MakeShortcuts();
   void Listen(kerf::PlanningChange change);
   void RefreshPanels();
   void ShowModel();

@@ -124,7 +124,6 @@ void qKerfSegmentPanel::MakeTools(QVBoxLayout* column) {
     button->setIconSize(QSize(22, 22));
     button->setText(tr(e.text));
     button->setToolTip(QStringLiteral("%1 (%2)").arg(tr(e.tip), e.key));
-    button->setShortcut(QKeySequence(e.key));
     button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
     button->setCheckable(true);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);

@@ -55,7 +55,6 @@ qKerfStepList::qKerfStepList(QWidget* parent)
     button->setObjectName(QStringLiteral("step%1").arg(s));
     button->setText("  " + titles[s]);
     button->setToolTip(tr("Step %1 (Alt+%1)").arg(s + 1));
-    button->setShortcut(QKeySequence(QStringLiteral("Alt+%1").arg(s + 1)));
     button->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
     button->setIconSize(QSize(20, 20));
     button->setCheckable(true);

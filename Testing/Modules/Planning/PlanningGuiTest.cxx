@@ -69,6 +69,7 @@ class PlanningGuiTest : public QObject {
   void SlicesAreLinked();
   void CancelLeavesTheLabelsAlone();
   void FromCtToCase();
+  void LiverOfAWholeAbdomen();
   void KilledAndRecovered();
   void BothThemesAndSizes();
 
@@ -243,7 +244,8 @@ void PlanningGuiTest::FromCtToCase() {
   gui_->Click("lookFromA");
   QTest::qWait(100);
   gui_->Click("drawLineButton");
-  for (const double y : {0.22, 0.36, 0.5, 0.64, 0.78}) gui_->ClickAt("sceneCanvas", 0.5, y);
+  for (const double y : {0.295, 0.33, 0.4, 0.5, 0.6, 0.67, 0.705})
+    gui_->ClickAt("sceneCanvas", 0.5, y);
   gui_->Click("drawLineButton");
   QTest::qWait(50);
   qobject_cast<QDoubleSpinBox*>(gui_->Find("depthSpin"))->setValue(60);
@@ -269,7 +271,7 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY(gui_->Idle());
   QVERIFY2(gui_->State(5) == kDone, qPrintable(gui_->Message()));
   QCOMPARE(gui_->Window()->Host()->CurrentCase(), Path("case"));
-  QVERIFY(!QFile::exists(Path("run/work/planning/autosave.kerfwork")));
+  QTRY_VERIFY(!QFile::exists(Path("run/work/planning/autosave.kerfwork")));
 
   // The files, checked against their hashes, as replay opens them.
   const kerf::CaseFolder opened = kerf::CaseFolder::Open(Path("case").toStdString());
@@ -282,7 +284,7 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY(read.report.quality.manifold_boundary);
   const auto line = kerf::ReadMarkups(opened.Path("plan"));
   QCOMPARE(line[0].type, std::string("Curve"));
-  QCOMPARE(int(line[0].points.size()), 5);
+  QVERIFY(line[0].points.size() >= 5);
 
   // `kerf plan` makes the same mesh of the same CT, bit for bit.
   kerf::PlanRequest request;
@@ -315,6 +317,30 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY(gui_->Idle());
   QTRY_COMPARE(gui_->State(2), kDone);
   QVERIFY(std::abs(gui_->Volume_ml(0) + gui_->Volume_ml(1) + gui_->Volume_ml(2) - organ) < 0.2);
+}
+
+void PlanningGuiTest::LiverOfAWholeAbdomen() {
+  const QString data = qEnvironmentVariable("KERF_DATA", KERF_DATA_DEFAULT);
+  const QString ct = data + "/ct-abdomen/ct.nii.gz";
+  if (!QFile::exists(ct)) QSKIP("there is no ct-abdomen below KERF_DATA");
+  gui_->Drop(ct);
+  QVERIFY(gui_->Idle());
+  gui_->Step(1);
+  // A kidney needs a seed: there are two. The sentence says so.
+  auto* preset = qobject_cast<QComboBox*>(gui_->Find("presetChoice"));
+  preset->setCurrentIndex(2);
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().contains("seed"), qPrintable(gui_->Message()));
+  preset->setCurrentIndex(1);
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Idle(120000));
+  const double ml = gui_->Volume_ml(0) + gui_->Volume_ml(1) + gui_->Volume_ml(2);
+  QVERIFY2(ml > 900 && ml < 2500, qPrintable(QString::number(ml)));
+  gui_->Step(2);
+  gui_->Click("meshButton");
+  QVERIFY(gui_->Idle(120000));
+  QCOMPARE(gui_->State(2), kDone);
 }
 
 void PlanningGuiTest::KilledAndRecovered() {

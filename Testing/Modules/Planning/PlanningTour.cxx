@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   gui.Click("lookFromS");
   QTest::qWait(300);
   gui.Click("drawLineButton");
-  for (int p = 0; p < 9; ++p) gui.ClickAt("sceneCanvas", 0.56, 0.08 + 0.105 * p);
+  for (double y = 0.1; y < 0.95; y += 0.025) gui.ClickAt("sceneCanvas", 0.56, y);
   gui.Click("drawLineButton");
   qobject_cast<QDoubleSpinBox*>(gui.Find("depthSpin"))->setValue(80);
   QTest::qWait(100);
