@@ -22,6 +22,7 @@
 #include "Common/qKerfIcons.h"
 #include "Common/qKerfLogPanel.h"
 #include "Common/qKerfMessageBar.h"
+#include "Common/qKerfPaths.h"
 #include "Framework/qKerfModule.h"
 #include "Session/CaseBrowser.h"
 #include "qKerfApplicationHost.h"
@@ -299,7 +300,7 @@ void qKerfMainWindow::RefreshRecent() {
   browser_->SetCases(cases);
   recent_->clear();
   for (const QString& folder : cases)
-    connect(recent_->addAction(folder), &QAction::triggered, this,
+    connect(recent_->addAction(qKerfShortPath(folder)), &QAction::triggered, this,
             [this, folder] { OpenCase(folder); });
   recent_->setEnabled(!cases.isEmpty());
 }

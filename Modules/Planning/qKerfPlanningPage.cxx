@@ -21,6 +21,7 @@
 #include <functional>
 
 #include "Adapters/OpenCv/CameraFile.h"
+#include "Common/qKerfPaths.h"
 #include "Core/Errors.h"
 #include "Framework/qKerfHost.h"
 #include "Framework/qKerfJobRunner.h"
@@ -313,7 +314,7 @@ void qKerfPlanningPage::WireRest() {
   connect(jobs_, &PlanningJobs::Saved, this, [this](const QString& folder) {
     recovery_->Forget();
     host_->SetCurrentCase(folder);
-    host_->Say(qKerfHost::Info, tr("The case is saved in %1.").arg(folder));
+    host_->Say(qKerfHost::Info, tr("The case is saved in %1.").arg(qKerfShortPath(folder)));
   });
   connect(save_, &qKerfSavePanel::ContinueWanted, this, [this] {
     if (!host_->ShowModule("intraoperative"))

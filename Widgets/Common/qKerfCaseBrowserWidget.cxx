@@ -10,6 +10,7 @@
 #include <QVariant>
 
 #include "Common/qKerfIcons.h"
+#include "Common/qKerfPaths.h"
 #include "Common/qKerfTheme.h"
 #include "Session/CaseBrowser.h"
 
@@ -20,8 +21,11 @@ constexpr int kThumbnailWidth_px = 120, kThumbnailHeight_px = 80;
 QIcon ThumbnailOf(const kerf::CaseSummary& summary) {
   QPixmap picture(QString::fromStdString(summary.thumbnail));
   if (!picture.isNull()) {
-    return QIcon(picture.scaled(kThumbnailWidth_px, kThumbnailHeight_px, Qt::KeepAspectRatio,
-                                Qt::SmoothTransformation));
+    picture = picture.scaled(kThumbnailWidth_px, kThumbnailHeight_px, Qt::KeepAspectRatio,
+                             Qt::SmoothTransformation);
+    QIcon icon(picture);
+    icon.addPixmap(picture, QIcon::Selected);  // not tinted
+    return icon;
   }
   QPixmap blank(kThumbnailWidth_px, kThumbnailHeight_px);
   blank.fill(qKerfTheme::Current().raised);
@@ -100,7 +104,8 @@ void qKerfCaseBrowserWidget::SetCases(const QStringList& folders) {
                                                                QString::fromStdString(s.state))
                                : tr("cannot be used: %1").arg(QString::fromStdString(s.problem));
     auto* item = new QListWidgetItem(
-        ThumbnailOf(s), QString::fromStdString(s.name) + '\n' + second + '\n' + folder, list_);
+        ThumbnailOf(s),
+        QString::fromStdString(s.name) + '\n' + second + '\n' + qKerfShortPath(folder), list_);
     item->setData(Qt::UserRole, folder);
   }
   list_->setVisible(!folders.isEmpty());

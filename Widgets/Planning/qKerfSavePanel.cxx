@@ -6,6 +6,7 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
+#include "Common/qKerfPaths.h"
 #include "Common/qKerfTheme.h"
 #include "Planning/PanelParts.h"
 
@@ -35,9 +36,9 @@ qKerfSavePanel::qKerfSavePanel(QWidget* parent)
               "replaced; its recorded sessions stay.")));
   column->addStretch(1);
   connect(choose, &QPushButton::clicked, this, [this] {
-    const QString folder = QFileDialog::getSaveFileName(this, tr("Folder for the case"),
-                                                        folder_->text(), tr("Folder (*)"));
-    if (!folder.isEmpty()) folder_->setText(folder);
+    const QString folder =
+        QFileDialog::getSaveFileName(this, tr("Folder for the case"), Folder(), tr("Folder (*)"));
+    if (!folder.isEmpty()) SetFolder(folder);
   });
   connect(folder_, &QLineEdit::textChanged, this,
           [this] { save_->setEnabled(can_save_ && !folder_->text().trimmed().isEmpty()); });
@@ -46,8 +47,8 @@ qKerfSavePanel::qKerfSavePanel(QWidget* parent)
   connect(go_on_, &QPushButton::clicked, this, &qKerfSavePanel::ContinueWanted);
 }
 
-QString qKerfSavePanel::Folder() const { return folder_->text().trimmed(); }
-void qKerfSavePanel::SetFolder(const QString& folder) { folder_->setText(folder); }
+QString qKerfSavePanel::Folder() const { return qKerfLongPath(folder_->text().trimmed()); }
+void qKerfSavePanel::SetFolder(const QString& folder) { folder_->setText(qKerfShortPath(folder)); }
 
 void qKerfSavePanel::Show(const kerf::PlanningSession& session) {
   const qKerfTheme& t = qKerfTheme::Current();
@@ -71,8 +72,10 @@ void qKerfSavePanel::Show(const kerf::PlanningSession& session) {
   can_save_ = session.CanSave();
   save_->setEnabled(can_save_ && !Folder().isEmpty());
   const bool saved = !session.CaseFolderPath().empty() && !session.IsDirty();
-  saved_->setText(saved ? tr("Saved in %1").arg(QString::fromStdString(session.CaseFolderPath()))
-                        : QString());
+  saved_->setText(
+      saved
+          ? tr("Saved in %1").arg(qKerfShortPath(QString::fromStdString(session.CaseFolderPath())))
+          : QString());
   SetRole(saved_, "good");
   saved_->setVisible(saved);
   go_on_->setVisible(saved);

@@ -20,6 +20,8 @@ int main(int argc, char** argv) {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
   format.setSamples(0);
   QSurfaceFormat::setDefaultFormat(format);
+  QTemporaryDir run;
+  qputenv("HOME", run.path().toUtf8());  // pictures show ~, not this machine
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   QApplication app(argc, argv);
   setlocale(LC_NUMERIC, "C");
@@ -29,7 +31,6 @@ int main(int argc, char** argv) {
   }
   const QString study = argv[1], output = argv[2];
   const QSize size(atoi(argv[3]), atoi(argv[4]));
-  QTemporaryDir run;
   GuiDriver gui(run.path());
   gui.Window()->resize(size);
   if (QString(argv[5]) == "light") gui.Window()->findChild<QAction*>("darkAction")->trigger();
@@ -82,7 +83,7 @@ int main(int argc, char** argv) {
   gui.Click("placeLandmarksButton");
   shoot("camera");
   gui.Step(5);
-  QTest::keyClicks(gui.Find("caseFolderEdit"), QDir(run.path()).filePath("kidney"));
+  QTest::keyClicks(gui.Find("caseFolderEdit"), "~/cases/kidney");
   gui.Click("saveButton");
   timed("save");
   shoot("save");
