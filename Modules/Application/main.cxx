@@ -5,11 +5,30 @@
 #include <QFileInfo>
 #include <QSurfaceFormat>
 #include <cstdio>
+#include <cstring>
 
 #include "Framework/qKerfPluginLoader.h"
 #include "qKerfMainWindow.h"
 
+namespace {
+
+/// Help and version need no display; the window says in words that it does.
+bool MayStart(int argc, char** argv) {
+  for (const char* variable : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"})
+    if (!qEnvironmentVariableIsEmpty(variable)) return true;
+  for (int i = 1; i < argc; ++i)
+    for (const char* text : {"--help", "-h", "--version", "-v"})
+      if (std::strcmp(argv[i], text) == 0) return qputenv("QT_QPA_PLATFORM", "offscreen");
+  std::fprintf(stderr,
+               "KerfApp: there is no display. Start it from a desktop, over ssh -X, or with "
+               "xvfb-run.\n");
+  return false;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  if (!MayStart(argc, argv)) return 3;
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
   format.setSamples(0);  // multisampling costs twice the time in software
   QSurfaceFormat::setDefaultFormat(format);
