@@ -104,10 +104,10 @@ LabelVoxels RemoveIslandsTool(const LabelMap& labels, int label, double least_ml
 
 LabelVoxels KeepLargestTool(const LabelMap& labels, int label, Progress& progress) {
   LabelVoxels out = *labels.voxels;
-  const LabelBox box = BoxOf(labels, [label](std::uint8_t v) { return v == label; });
+  const auto test = [label](std::uint8_t v) { return label == 0 ? v != 0 : v == label; };
+  const LabelBox box = BoxOf(labels, test);
   if (box.Empty()) return out;
-  const BoxComponents parts = ComponentsIn(
-      labels, box, [label](std::uint8_t v) { return v == label; }, progress);
+  const BoxComponents parts = ComponentsIn(labels, box, test, progress);
   const int largest = parts.Largest();
   box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {
     if (parts.of[in_box] > 0 && parts.of[in_box] != largest) out[at] = 0;

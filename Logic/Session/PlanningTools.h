@@ -27,7 +27,8 @@ LabelVoxels GrowTool(const Volume& ct, const LabelMap& labels, int label,
                      const Eigen::Vector3i& seed, double tolerance_hu, double reach_mm,
                      Progress& progress);
 
-/// Keeps the largest face-connected part of `label`; the rest becomes background.
+/// Keeps the largest face-connected part of `label` (0 = of all labels together); the rest becomes
+/// background.
 LabelVoxels KeepLargestTool(const LabelMap& labels, int label, Progress& progress);
 /// Parts of `label` below `least_ml` become background.
 LabelVoxels RemoveIslandsTool(const LabelMap& labels, int label, double least_ml,

@@ -241,10 +241,10 @@ void qKerfPlanningPage::WireSegment() {
   connect(segment_, &qKerfSegmentPanel::CleanWanted, this, [this](const QString& operation) {
     const int label = segment_->ActiveLabel();
     jobs_->RunTool(tr("Correcting"),
-                   operation == "largest"   ? "keep largest part"
-                   : operation == "islands" ? "remove islands"
-                   : operation == "holes"   ? "fill holes"
-                                            : "smooth",
+                   operation.endsWith("islands") ? "remove islands"
+                   : operation.endsWith("holes") ? "fill holes"
+                   : operation == "largest"      ? "keep largest part"
+                                                 : "smooth",
                    [label, operation](const kerf::LabelMap& labels, kerf::Progress& progress) {
                      if (operation == "largest")
                        return kerf::KeepLargestTool(labels, label, progress);

@@ -251,8 +251,9 @@ void qKerfSegmentPanel::MakeCleaning(QVBoxLayout* column) {
   column->addWidget(repair_holes_);
   column->addWidget(repair_islands_);
   connect(check, &QPushButton::clicked, this, &qKerfSegmentPanel::CheckWanted);
-  connect(repair_holes_, &QPushButton::clicked, this, [this] { emit CleanWanted("holes"); });
-  connect(repair_islands_, &QPushButton::clicked, this, [this] { emit CleanWanted("largest"); });
+  connect(repair_holes_, &QPushButton::clicked, this, [this] { emit CleanWanted("repair-holes"); });
+  connect(repair_islands_, &QPushButton::clicked, this,
+          [this] { emit CleanWanted("repair-islands"); });
 }
 
 qKerfSegmentPanel::Tool qKerfSegmentPanel::CurrentTool() const {

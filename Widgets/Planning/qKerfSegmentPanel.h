@@ -36,7 +36,8 @@ class qKerfSegmentPanel : public QWidget {
   void SegmentWanted();
   void ToolChanged();
   void ThresholdWanted(int low_hu, int high_hu);
-  /// @param operation largest, islands, holes, smooth
+  /// @param operation largest, islands, holes, smooth (of the selected label); repair-holes,
+  /// repair-islands (of all labels together)
   void CleanWanted(const QString& operation);
   void BooleanWanted(int other, int operation, double reach_mm);
   void CheckWanted();

@@ -128,6 +128,7 @@ TEST(LabelTools, HolesAndIslandsAreFoundAndRepaired) {
   EXPECT_EQ((*filled.voxels)[Middle(g)], 1);
   const LabelMap repaired = With(filled, KeepLargestTool(filled, 1, silent));
   EXPECT_EQ((*repaired.voxels)[g.Offset(1, 1, 1)], 0);
+  EXPECT_EQ(KeepLargestTool(filled, 0, silent), *repaired.voxels);
   EXPECT_TRUE(CheckLabels(repaired, silent).empty());
   EXPECT_EQ(*repaired.voxels, *Ball(Grid(), 9).voxels);
 }
