@@ -22,7 +22,7 @@ svg .title{fill:var(--ink);font-weight:600;font-size:14px}svg .axis{font-size:12
 svg .grid{stroke:var(--line);fill:none}svg .curve{fill:none;stroke-width:1.8;stroke-linejoin:round}svg .mark{stroke:var(--ink);stroke-dasharray:3 3;fill:none}
 svg .reference{stroke:var(--soft);stroke-dasharray:6 4;fill:none}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums;font-size:.95rem}th,td{padding:6px 10px;border-bottom:1px solid var(--line);text-align:right}
-th{color:var(--soft);font-weight:600}th:first-child,td:first-child{text-align:left}td{overflow-wrap:anywhere}
+th{color:var(--soft);font-weight:600}th:first-child,td:first-child{text-align:left;white-space:nowrap}td{overflow-wrap:anywhere}
 summary{cursor:pointer;font-size:1.2rem;font-weight:600;margin:2em 0 .6em}footer{margin-top:3em;color:var(--soft);font-size:.9rem;border-top:1px solid var(--line);padding-top:12px}
 )";
 
