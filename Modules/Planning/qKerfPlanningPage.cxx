@@ -486,7 +486,7 @@ void qKerfPlanningPage::OpenCamera(const QString& path) {
                                                       : kerf::ReadCameraIntrinsics(file),
                         file);
     host_->Say(qKerfHost::Info, {});
-  } catch (const kerf::InputError& error) {
+  } catch (const std::exception& error) {
     host_->Say(qKerfHost::Problem, tr("This camera file cannot be used: %1. Choose the camera.yml "
                                       "that kerf calibrate wrote.")
                                        .arg(QString::fromStdString(error.what())));
@@ -497,7 +497,7 @@ void qKerfPlanningPage::ReadLandmarkFile(const QString& path) {
   try {
     session_->SetLandmarks(kerf::ReadCaseLandmarks(path.toStdString()));
     host_->Say(qKerfHost::Info, {});
-  } catch (const kerf::InputError& error) {
+  } catch (const std::exception& error) {
     host_->Say(qKerfHost::Problem,
                tr("These landmarks cannot be read: %1").arg(QString::fromStdString(error.what())));
   }
@@ -518,7 +518,7 @@ void qKerfPlanningPage::Recover() {
   kerf::PlanningWork work;
   try {
     work = kerf::LoadWork(recovery_->File().toStdString());
-  } catch (const kerf::InputError& error) {
+  } catch (const std::exception& error) {
     host_->Say(qKerfHost::Problem,
                tr("The work cannot be recovered: %1").arg(QString::fromStdString(error.what())));
     return;
