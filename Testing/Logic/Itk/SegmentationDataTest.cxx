@@ -1,5 +1,5 @@
 /// Segmentation of real CTs and of the studies' CTs against their labels. KERF_SEEDS=20 makes the
-/// spread over seeds that docs/reference/segmentation.md tells of; by default two seeds are tried.
+/// spread over seeds that docs/reference/segmentation.md tells of; by default one is tried.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ struct Organ {
   int label;
   Vec3 seed;            ///< LPS, the voxel at least 6 mm inside that is nearest to the centroid
   double least;         ///< Dice from that seed
-  double least_spread;  ///< Dice from any seed
+  double least_spread;  ///< median Dice over seeds; one that is refused counts as 0
 };
 void PrintTo(const Organ& organ, std::ostream* out) { *out << organ.name; }
 
@@ -103,9 +103,9 @@ TEST_P(RealCt, IsSegmentedFromOneSeed) {
   EXPECT_GE(dice, GetParam().least);
 }
 
-TEST_P(RealCt, IsSegmentedFromAnySeedWellInside) {
+TEST_P(RealCt, IsSegmentedFromMostSeedsWellInside) {
   const char* wanted = std::getenv("KERF_SEEDS");
-  const int count = wanted ? std::atoi(wanted) : 2;
+  const int count = wanted ? std::atoi(wanted) : 1;
   const std::vector<Vec3> inside = Inside();
   ASSERT_GT(inside.size(), 50u);
   std::mt19937 random(7);
@@ -124,20 +124,21 @@ TEST_P(RealCt, IsSegmentedFromAnySeedWellInside) {
   std::sort(all.begin(), all.end());
   printf("%s from %d seeds: worst %.3f, median %.3f, best %.3f\n", GetParam().name, count,
          all.front(), all[all.size() / 2], all.back());
-  EXPECT_GE(all.front(), GetParam().least_spread);
+  EXPECT_GE(all[all.size() / 2], GetParam().least_spread);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    SegmentationData, RealCt,
-    ::testing::Values(Organ{"liver", OrganPreset::Liver, 5, Vec3(-74, -185, 391), 0.9, 0.88},
-                      Organ{"right kidney", OrganPreset::Kidney, 2, Vec3(-80, -128, 346), 0.88,
-                            0.8},
-                      Organ{"left kidney", OrganPreset::Kidney, 3, Vec3(88, -119, 361), 0.88, 0.8}),
-    [](const auto& info) {
-      std::string name = info.param.name;
-      std::replace(name.begin(), name.end(), ' ', '_');
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(SegmentationData, RealCt,
+                         ::testing::Values(Organ{"liver", OrganPreset::Liver, 5,
+                                                 Vec3(-74, -185, 391), 0.9, 0.88},
+                                           Organ{"right kidney", OrganPreset::Kidney, 2,
+                                                 Vec3(-80, -128, 346), 0.88, 0.85},
+                                           Organ{"left kidney", OrganPreset::Kidney, 3,
+                                                 Vec3(88, -119, 361), 0.88, 0.85}),
+                         [](const auto& info) {
+                           std::string name = info.param.name;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
 
 class Liver : public RealCt {};
 
