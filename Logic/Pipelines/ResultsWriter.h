@@ -8,8 +8,8 @@
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Camera.h"
 #include "Geometry/SurfaceTree.h"
-#include "Session/ModelView.h"
 #include "Pipelines/Report.h"
+#include "Session/ModelView.h"
 #include "Session/RegistrationSession.h"
 
 namespace kerf {
