@@ -95,6 +95,11 @@ std::optional<Frame> SessionSource::Next() {
 
 ReplayResult ReplaySession(const ReplayRequest& request, Progress& progress) {
   const SessionFolder recorded = ReadSession(request.study);
+  if (request.tracks || request.tetrahedra || request.given.size() > request.given.count("case") ||
+      request.labels != ReplayRequest::Labels::Automatic)
+    throw UsageError(
+        "a session is repeated as it ran: no options of the method, no --tracks, "
+        "--tetrahedra or --labels");
   if (fs::exists(request.results) && fs::equivalent(request.results, recorded.root))
     throw UsageError("--output is the session itself: choose another folder");
   PlannedCase planned = ReadCase(request.case_folder.value_or(recorded.case_folder));

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "Geometry/EmbedPoints.h"
 #include "Registration/ModelUpdate.h"
+#include "Registration/Untangle.h"
 
 namespace kerf {
 namespace {
@@ -31,6 +33,18 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   restored.neighbors = std::move(state->neighbors);
   restored.evidence = std::move(state->evidence);
   restored.cuts = std::move(state->cuts);
+  // The organ has moved since: every vertex goes on from where its material is now. Springs that
+  // forget far targets would not bring it there from the positions of then.
+  const Embedding at = EmbedPoints(state->mesh, restored.mesh.rest);
+  restored.positions = at.Positions(state->positions, state->mesh.tets);
+  restored.velocities.setZero();
+  Untangle(restored.mesh, &restored.positions);
+  if (state->grips.positions.rows() == state->mesh.VertexCount()) {
+    restored.grips = state->grips;
+    restored.grips.positions = at.Positions(state->grips.positions, state->mesh.tets);
+    restored.grips.velocities = Points::Zero(restored.mesh.VertexCount(), 3);
+    Untangle(restored.mesh, &restored.grips.positions);
+  }
   *state = std::move(restored);
   engine.cutter = TetCutter();
   engine.solver.Reset(state->mesh, options.material);
@@ -109,7 +123,7 @@ Points RestLineOfStroke(const Pixels& pixels, const CameraModel& camera,
 ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm, int frame) {
   ModelCut cut;
   cut.line.points = line;
-  cut.direction = direction.normalized();
+  cut.direction = cut.view = direction.normalized();
   cut.depth_mm = depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, depth_mm);
   cut.detected_frame = frame;

@@ -7,9 +7,9 @@ namespace kerf {
 
 /// What a surgeon's decisions about cuts need from the engine. Offline none of it is used.
 
-/// Puts the model back as it was in `before`; what is tracked, detected and decided since stays.
-/// Solver and cutter forget what they kept of the cut model; the next step solves from the
-/// positions of then.
+/// Puts mesh and structures back as they were in `before`; what is tracked, detected and decided
+/// since stays, and the material stays where it is now. Solver and cutter forget what they kept of
+/// the cut model.
 /// @param before a copy of the state before a cut
 void RestoreModel(const RegistrationState& before, const MethodOptions& options, Engine& engine,
                   RegistrationState* state);

@@ -109,7 +109,8 @@ void Run(const CLI::App& command, CommandContext& context, ReplayArguments* a) {
 void AddReplayCommand(CLI::App& app, CommandContext& context) {
   CLI::App* c = app.add_subcommand("replay", "the whole intraoperative job over a recorded study");
   auto a = std::make_shared<ReplayArguments>();
-  c->add_option("STUDY", a->request.study, "study folder")->required();
+  c->add_option("STUDY", a->request.study, "study folder, or a session: CASE/sessions/TIME")
+      ->required();
   c->add_option("--output", a->request.results, "results folder")->required();
   c->add_option("--case", a->case_folder,
                 "case folder planned before (default: plan from the study)");
