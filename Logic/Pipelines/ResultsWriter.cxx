@@ -45,7 +45,7 @@ ResultsWriter::ResultsWriter(const std::string& folder, const CameraModel& camer
 }
 
 Points ResultsWriter::SurfaceLine(const ModelCut& cut) const {
-  return LineOnSurface(cut.line, cut.direction, uncut_);
+  return LineOnSurface(cut.line, cut.view, uncut_);
 }
 
 void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState& state,

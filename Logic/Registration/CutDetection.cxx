@@ -41,6 +41,7 @@ std::vector<CutEvent> DetectCut(const MeasuredDivergence& divergence, const Came
   event.cut = static_cast<int>(state->cuts.size()) - 1;
   if (!cut.polygon.Insert(*point, options.cut_radius_mm)) return {};
   cut.direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
+  cut.view = camera.ViewDirection();
   cut.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, cut.direction));
   cut.line = cut.polygon.Committed();
   cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);

@@ -1,11 +1,14 @@
 #include "Registration/CutProbe.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "Registration/ModelUpdate.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kOnOrgan_mm = 4.0;  // an end farther from the surface is over the rim already
+constexpr double kFar_mm = 1000.0;
 
 /// `cut`, longer by `by_mm` at its last point (or its first), in the direction it had there.
 std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
@@ -19,8 +22,8 @@ std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
     from = cut.line.points.row(at_end ? n - 1 - i : i).transpose();
   if ((tip - from).norm() < 1e-6) return std::nullopt;
   const Vec3 next = tip + by_mm * (tip - from).normalized();
-  const SurfaceHit there = state.uncut->Closest(tip);
-  if (there.distance_mm > kOnOrgan_mm) return std::nullopt;
+  const Vec3 into = cut.direction.normalized();
+  if (!state.uncut->FirstHit({tip - kFar_mm * into, into})) return std::nullopt;  // over the rim
   ModelCut grown = cut;
   grown.line.points.conservativeResize(n + 1, 3);
   if (at_end) {
@@ -33,52 +36,107 @@ std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
   return grown;
 }
 
+/// `cut` with S turned about its line.
+std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, const CameraModel& camera,
+                               const CutProbeOptions& probe) {
+  const Index n = static_cast<Index>(cut.line.points.rows());
+  if (n < 2) return std::nullopt;
+  const Vec3 along = (cut.line.points.row(n - 1) - cut.line.points.row(0)).transpose();
+  if (along.norm() < 1e-6) return std::nullopt;
+  ModelCut turned = cut;
+  turned.direction =
+      Eigen::AngleAxisd(by_deg * M_PI / 180.0, along.normalized()) * cut.direction.normalized();
+  const double slope =
+      std::acos(std::clamp(turned.direction.dot(camera.ViewDirection()), -1.0, 1.0));
+  if (slope * 180.0 / M_PI > probe.steepest_deg) return std::nullopt;
+  turned.surface = ExtrudeCut(turned.line, turned.direction, turned.depth_mm);
+  return turned;
+}
+
+/// How well one model follows the tracks after a few more steps.
+class Comparison {
+ public:
+  Comparison(const std::vector<char>& usable, const CameraModel& camera,
+             const MethodOptions& options, const CutProbeOptions& probe,
+             const RegistrationState& state)
+      : usable_(usable), camera_(camera), options_(options), state_(state) {
+    fitting_.steps = probe.steps;
+    fitting_.renewed_columns = 0;
+    needed_ = (1.0 - probe.gain) * Cost(state.mesh, state.bound.embedding, state.grips.positions);
+  }
+  /// Remembers the candidate if it is better than all before.
+  void Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
+           const BetterCut& candidate) {
+    const double cost = Cost(mesh, features, grip_positions);
+    if (cost >= needed_) return;
+    needed_ = cost;
+    best_ = candidate;
+  }
+  const std::optional<BetterCut>& Best() const { return best_; }
+
+ private:
+  double Cost(const TetMesh& mesh, const Embedding& features, const Points& grip_positions) const {
+    GripFit fit = state_.grips;
+    fit.positions = grip_positions;
+    fit.velocities = Points::Zero(mesh.VertexCount(), 3);
+    BoundFeatures bound = state_.bound;
+    bound.embedding = features;
+    const auto solver = MakeKerfSolver();
+    solver->Reset(mesh, options_.material);
+    UpdateGrips(mesh, options_.material, bound, state_.features.pixels, usable_, camera_, fitting_,
+                solver.get(), &fit);
+    return fit.cost_mm2;
+  }
+  const std::vector<char>& usable_;
+  const CameraModel& camera_;
+  const MethodOptions& options_;
+  const RegistrationState& state_;
+  GripFitOptions fitting_;
+  double needed_;
+  std::optional<BetterCut> best_;
+};
+
 }  // namespace
 
-std::optional<LongerCut> ProbeCutEnds(const std::vector<char>& usable, const CameraModel& camera,
-                                      const MethodOptions& options, const CutProbeOptions& probe,
-                                      const TetCutter& cutter, const RegistrationState& state) {
+std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
+                                   const MethodOptions& options, const CutProbeOptions& probe,
+                                   const TetCutter& cutter, const RegistrationState& state) {
+  const int turn = state.frame % probe.every_frames;
+  const bool ends = turn == 0, direction = turn == probe.every_frames / 2;
+  const bool any = std::any_of(state.cuts.begin(), state.cuts.end(),
+                               [](const ModelCut& c) { return !c.held && !c.rejected; });
   if (state.grips.regions.empty() || state.grips.residual_mm < probe.unexplained_mm ||
-      state.frame % probe.every_frames != 0)
+      state.grips.residual_mm > probe.hopeless_mm ||
+      state.grips.strain2 > probe.nonlinear_strain2 || !any || !(ends || (direction && !options.extrusion)))
     return std::nullopt;
-  GripFitOptions fitting;
-  fitting.steps = probe.steps;
-  fitting.renewed_columns = 0;
-  double best_cost = -1.0;
-  std::optional<LongerCut> best;
+  Comparison comparison(usable, camera, options, probe, state);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
-    if (state.cuts[c].held || state.cuts[c].rejected) continue;
-    for (bool at_end : {false, true}) {
-      const auto grown = Longer(state.cuts[c], at_end, probe.step_mm, state);
-      if (!grown) continue;
-      if (best_cost < 0.0) {  // what the cut that there is comes to with as many steps
-        GripFit as_is = state.grips;
-        const auto solver = MakeKerfSolver();
-        solver->Reset(state.mesh, options.material);
-        UpdateGrips(state.mesh, options.material, state.bound, state.features.pixels, usable,
-                    camera, fitting, solver.get(), &as_is);
-        best_cost = (1.0 - probe.gain) * as_is.cost_mm2;
-      }
-      TetCutter knife = cutter;
-      const TopologyChange change =
-          knife.Cut(state.mesh, grown->surface, nullptr, &state.positions);
-      if (!change.changed) continue;
-      BoundFeatures bound = state.bound;
-      bound.embedding = change.MapEmbedding(bound.embedding, state.mesh);
-      GripFit fit = state.grips;
-      fit.positions = change.MapVertexField(fit.positions);
-      fit.velocities = change.MapVertexField(fit.velocities);
-      const auto solver = MakeKerfSolver();
-      solver->Reset(change.mesh, options.material);
-      UpdateGrips(change.mesh, options.material, bound, state.features.pixels, usable, camera,
-                  fitting, solver.get(), &fit);
-      if (fit.cost_mm2 < best_cost) {
-        best_cost = fit.cost_mm2;
-        best = LongerCut{static_cast<int>(c), *grown};
+    const ModelCut& cut = state.cuts[c];
+    if (cut.held || cut.rejected) continue;
+    for (int sign : {-1, 1}) {
+      BetterCut candidate{static_cast<int>(c), {}, direction};
+      if (ends) {
+        const auto longer = Longer(cut, sign > 0, probe.step_mm, state);
+        if (!longer) continue;
+        candidate.instead = *longer;
+        TetCutter knife = cutter;
+        const TopologyChange change =
+            knife.Cut(state.mesh, longer->surface, nullptr, &state.positions);
+        if (!change.changed) continue;
+        comparison.Try(change.mesh, change.MapEmbedding(state.bound.embedding, state.mesh),
+                       change.MapVertexField(state.grips.positions), candidate);
+      } else {
+        const auto turned = Turned(cut, sign * probe.step_deg, camera, probe);
+        if (!turned) continue;
+        candidate.instead = *turned;
+        std::vector<ModelCut> cuts = state.cuts;
+        cuts[c] = *turned;
+        const auto model = CutAnew(cuts, options, state, false);
+        if (model) comparison.Try(model->mesh, model->features, model->grip_positions, candidate);
       }
     }
   }
-  return best;
+  return comparison.Best();
 }
 
 }  // namespace kerf

@@ -138,7 +138,7 @@ void CutView::Rebind(const RegistrationState& state) {
   const SurfaceTree surface(rest);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
-    const Points line = LineOnSurface(cut.line, cut.direction, *state.uncut);
+    const Points line = LineOnSurface(cut.line, cut.view, *state.uncut);
     std::vector<std::array<Index, 2>> lips;
     for (const auto& edge : edges) {
       const Vec3 middle =

@@ -82,6 +82,7 @@ constexpr double kHold = 100.0;  // stiffness of a held vertex, E · mm
 constexpr double kUsualApproach_mm = 10.0;
 constexpr double kLawError = 0.15;   // of the squared strain: relative error of an organ's width
 constexpr double kTolerance = 1e-4;  // relative energy gap
+constexpr int kNewtonSteps = 4;      // at most; what is left goes on in the next frame
 constexpr double kProbe_mm = 0.5;    // translation that a sensitivity is measured with
 constexpr double kProbe_rad = 0.02;  // rotation
 
@@ -108,17 +109,22 @@ double Settle(const TetMesh& mesh, const Material& material, const std::vector<G
   none.directions.resize(0, 3);
   SolveOptions options;
   options.tolerance = kTolerance;
-  return solver->Solve(none, held, options, positions, velocities).elastic_energy_uJ;
+  options.max_newton_steps = kNewtonSteps;
+  const SolveReport report = solver->Solve(none, held, options, positions, velocities);
+  return report.elastic_energy_uJ;
+}
+
+/// Mean squared strain: W_I = E V ε² / 2.
+double SquaredStrain(const TetMesh& mesh, const Material& material, double energy_uJ) {
+  double volume_mm3 = 0.0;
+  for (Index t = 0; t < mesh.TetCount(); ++t) volume_mm3 += TetVolume(mesh.rest, mesh.tets, t);
+  return 2e3 * energy_uJ / (1e3 * material.young_kPa * volume_mm3);
 }
 
 /// Weight of the square of the mean depth from rest. How far the whole organ has come nearer shows
 /// only in its size, and so does what the law gets wrong about its width when it is stretched:
 /// about half the squared strain. What size says of depth is worth less by that.
-double ApproachWeight(const Sights& sights, const TetMesh& mesh, const Material& material,
-                      double energy_uJ, const CameraModel& camera) {
-  double volume_mm3 = 0.0;
-  for (Index t = 0; t < mesh.TetCount(); ++t) volume_mm3 += TetVolume(mesh.rest, mesh.tets, t);
-  const double strain2 = 2e3 * energy_uJ / (1e3 * material.young_kPa * volume_mm3);
+double ApproachWeight(const Sights& sights, double strain2, const CameraModel& camera) {
   const Vec3 axis = camera.ViewDirection();
   double information = 0.0, distance_mm = 0.0;
   for (std::size_t k = 0; k < sights.across.size(); ++k) {
@@ -213,7 +219,8 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   // A cut may have moved the equilibrium under unchanged grips.
   double energy_uJ =
       Settle(mesh, material, fit->regions, fit->motions, solver, &fit->positions, &fit->velocities);
-  const double approach = ApproachWeight(sights, mesh, material, energy_uJ, camera);
+  fit->strain2 = SquaredStrain(mesh, material, energy_uJ);
+  const double approach = ApproachWeight(sights, fit->strain2, camera);
   Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
   for (int step = 0; step < options.steps; ++step) {
@@ -252,9 +259,11 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   }
   fit->cost_mm2 = now.cost / double(m);
   fit->residual_mm = now.rms_mm;
-  fit->trust = std::clamp(
-      (options.disbelieved_mm - now.rms_mm) / (options.disbelieved_mm - options.believed_mm), 0.0,
-      1.0);
+  const auto falling = [](double value, double full, double none) {
+    return std::clamp((none - value) / (none - full), 0.0, 1.0);
+  };
+  fit->trust = falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
+               falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2);
 }
 
 }  // namespace kerf

@@ -29,6 +29,7 @@ struct GripFit {
   double lambda = 1e-2;                    ///< damping of the next step
   double cost_mm2 = 0.0;                   ///< robust mean square across the lines of sight
   double residual_mm = 0.0;                ///< robust rms across the lines of sight
+  double strain2 = 0.0;                    ///< mean squared strain of the organ
   double trust = 0.0;                      ///< 0: not believed … 1
 };
 
@@ -40,7 +41,9 @@ struct GripFitOptions {
   int steps = 1;               ///< damped Gauss–Newton steps a frame
   int renewed_columns = 1;     ///< sensitivities measured anew a frame, in turn
   double believed_mm = 0.65;   ///< residual up to which the fit is believed fully
-  double disbelieved_mm = 0.95;  ///< and from which on not at all
+  double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
+  double nonlinear_strain2 = 0.25;  ///< and from which on not at all
+  double disbelieved_mm = 0.95;     ///< and from which on not at all
 };
 
 /// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own

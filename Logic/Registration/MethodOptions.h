@@ -32,7 +32,7 @@ struct MethodOptions {
   double silhouette_factor =
       0.5;  ///< stiffness at the outline relative to a feature's; 0 = the paper (none)
   int silhouette_reach_px = 30;  ///< how far from the model's outline the organ's is looked for
-  bool grips = true;  ///< explain the tracks by few rigid grips and take depth from them
+  bool grips = true;             ///< explain the tracks by few rigid grips and take depth from them
   int steps_per_frame = 1;       ///< repeats of steps [2]–[8] of Fig. 1 with one frame
   SolveOptions solve;
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "Registration/Step.h"
 
 namespace kerf {
@@ -12,5 +14,20 @@ CutSurface ExtrudeCut(const CutPolyline& line, const Vec3& direction, double dep
 /// over by provenance. A refused increment leaves the state as it was.
 CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& engine,
                    RegistrationState* state);
+
+/// The uncut model cut anew along all of `cuts` (proposals that are held and rejected ones left
+/// out), at the positions that state has now.
+struct CutModel {
+  TetMesh mesh;
+  Points positions, grip_positions;
+  Embedding features;
+  std::vector<Structure> structures;
+  TetCutter cutter;
+};
+/// @param structures false: they are left out. @return none when a cut is refused
+std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodOptions& options,
+                                const RegistrationState& state, bool structures);
+/// Puts it in the place of the state's; the solvers start afresh.
+void Adopt(CutModel model, const MethodOptions& options, Engine& engine, RegistrationState* state);
 
 }  // namespace kerf

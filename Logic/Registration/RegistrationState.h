@@ -21,12 +21,20 @@ struct ModelCut {
   CutPolyline line;                ///< committed line on the rest surface, mm
   CutSurface surface;              ///< S so far, at rest
   Vec3 direction = Vec3::UnitZ();  ///< of the extrusion, unit, into the tissue
+  Vec3 view = Vec3::UnitZ();       ///< along which the line is seen on the organ, unit
   int detected_frame = -1;
   double depth_mm = 0.0;    ///< reach of S below the surface
   double confidence = 0.0;  ///< 0..1
   bool held = false;        ///< proposed only: S is known, the model is not cut yet
   bool rejected = false;    ///< by a surgeon: line and S are empty, the number stays taken
   bool drawn = false;       ///< by a surgeon's hand
+};
+
+/// The model before any cut.
+struct UncutModel {
+  TetMesh mesh;
+  Embedding features;
+  std::vector<Structure> structures;
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.
@@ -40,6 +48,7 @@ struct RegistrationState {
   NeighborGraph neighbors;                   ///< C_F^t
   std::vector<Structure> structures;         ///< P_I⁰, C_I^t
   CutEvidence evidence;                      ///< what spoke for cuts so far (Kerf's detection)
+  std::shared_ptr<const UncutModel> origin;  ///< what a cut with another direction starts from
   std::shared_ptr<const SurfaceTree> uncut;  ///< the organ's rest surface before any cut
   Points blind_outline;                      ///< rest places whose outline is hidden, mm
   BoundaryTopology boundary;                 ///< of `mesh`

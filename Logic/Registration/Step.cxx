@@ -126,6 +126,27 @@ std::vector<CutEvent> Detect(const Points& current, const Points& targets,
   return DetectCut(divergence, camera, options, state);
 }
 
+/// Cuts as the grips say they are: longer, or turned.
+void Refine(const std::vector<char>& usable, const CameraModel& camera,
+            const MethodOptions& options, Engine& engine, RegistrationState* state,
+            StepReport* report) {
+  const auto better = ProbeCuts(usable, camera, options, {}, engine.cutter, *state);
+  if (!better) return;
+  CutEvent event;
+  event.cut = better->cut;
+  event.point = better->instead.line.points.row(0).transpose();
+  state->cuts[better->cut] = better->instead;
+  if (better->turned) {
+    if (auto model = CutAnew(state->cuts, options, *state, true)) {
+      Adopt(std::move(*model), options, engine, state);
+      event.report.done = true;
+    }
+  } else {
+    event.report = ApplyCut(better->instead, options, engine, state);
+  }
+  report->cuts.push_back(event);
+}
+
 }  // namespace
 
 RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetMesh mesh,
@@ -147,6 +168,8 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
     rest_camera.row(i) =
         (camera.camera_from_world * Vec3(state.bound.rest.row(i).transpose())).transpose();
   state.evidence = BeginEvidence(rest_camera, state.bound.on_surface);
+  state.origin = std::make_shared<const UncutModel>(
+      UncutModel{state.mesh, state.bound.embedding, state.structures});
   state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
   state.blind_outline.resize(0, 3);
   state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
@@ -188,14 +211,7 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
                   camera, {}, engine.grips, &state->grips);
     if (options.cutting && report.cuts.empty() && engine.grips)
-      if (const auto longer = ProbeCutEnds(usable, camera, options, {}, engine.cutter, *state)) {
-        CutEvent event;
-        event.cut = longer->cut;
-        event.point = longer->grown.line.points.row(0).transpose();
-        state->cuts[longer->cut] = longer->grown;
-        event.report = ApplyCut(longer->grown, options, engine, state);
-        report.cuts.push_back(event);
-      }
+      Refine(usable, camera, options, engine, state, &report);
     const Points gauged =
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
     Springs springs = FeatureSprings(*state, gauged, usable, camera, options);

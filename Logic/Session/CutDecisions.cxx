@@ -43,10 +43,15 @@ bool RegistrationSession::TakeOut(int cut) {
                                   [&](const Applied& a) { return a.cut == cut; });
   if (found == applied_.end()) return false;
   Engine engine = MakeEngine();
+  const auto grew = [&](int earlier) {  // since the model was kept
+    return found->before.cuts[earlier].surface.triangles.rows() !=
+           state_.cuts[earlier].surface.triangles.rows();
+  };
   RestoreModel(found->before, options_, engine, &state_);
   std::vector<Applied> kept(applied_.begin(), found), later(found + 1, applied_.end());
   clock_->Start();
-  for (const Applied& earlier : kept) ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
+  for (const Applied& earlier : kept)
+    if (grew(earlier.cut)) ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
   for (const Applied& again : later) {
     kept.push_back({again.cut, state_});
     ApplyCut(state_.cuts[again.cut], options_, engine, &state_);
@@ -78,6 +83,7 @@ bool RegistrationSession::Reject(int cut, Decision* decision) {
   empty.detected_frame = given->detected_frame;
   empty.confidence = given->confidence;
   empty.direction = given->direction;
+  empty.view = given->view;
   *given = empty;
   return true;
 }

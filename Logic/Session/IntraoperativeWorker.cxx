@@ -121,7 +121,7 @@ void IntraoperativeWorker::Implementation::Lines(const RegistrationState& state,
       bound.planned.push_back(EmbedPoints(state.mesh, line));
     for (const ModelCut& cut : state.cuts) {
       if (!cut.held) continue;
-      const Points line = LineOnSurface(cut.line, cut.direction, uncut);
+      const Points line = LineOnSurface(cut.line, cut.view, uncut);
       if (line.rows() > 1) bound.proposed.push_back(EmbedPoints(state.mesh, line));
     }
   }

@@ -11,7 +11,7 @@ namespace {
 struct ReplayArguments {
   ReplayRequest request;
   std::string labels, method = "kerf", cutting = "on", registration = "given", render = "on",
-                      extrusion;
+                      grips = "on", extrusion;
   double young_kPa = 0, poisson = 0, spring = 0, neighbour_radius_mm = 0, tau = 0,
          cut_radius_mm = 0, cut_depth_mm = 0;
   int outliers = 0, steps = 0, tetrahedra = 0;
@@ -34,6 +34,7 @@ void BuildRequest(const CLI::App& command, const CommandContext& context, Replay
   ReplayRequest& r = a->request;
   r.method = a->method == "reference" ? ReferenceOptions() : MethodOptions();
   r.method.cutting = a->cutting == "on";
+  if (a->grips == "off") r.method.grips = false;
   r.render = a->render == "on";
   r.threads = context.threads;
   r.labels = a->labels == "given"     ? ReplayRequest::Labels::Given
@@ -135,6 +136,10 @@ void AddReplayCommand(CLI::App& app, CommandContext& context) {
   c->add_option("--steps-per-frame", a->steps,
                 "repeats of steps [2]-[8] of the method with one frame")
       ->check(CLI::Range(1, 1000));
+  c->add_option("--grips", a->grips,
+                "take depth from inferred grips (kerf method; off: for comparison)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   c->add_option("--render", a->render, "write overlay.mp4")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
