@@ -214,10 +214,10 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
   const auto visible = [this](int label) { return session_.LabelInfos()[label - 1].visible; };
   if (quality)
     scene_->SetColoredSurface("organ", model->organ_surface, QualityOf(model->mesh), 8, 60,
-                              tr("angle °"), 1);
+                              tr("degrees"), 1);
   else if (organ_colored && tumour)
     scene_->SetColoredSurface("organ", model->organ_surface, to_tumour_mm_, 0,
-                              4 * std::max(margin, 5.0), tr("to tumour, mm"), 1);
+                              4 * std::max(margin, 5.0), tr("mm"), 1);
   else if (visible(1))
     scene_->SetSurface("organ", model->organ_surface, ColorOf(1), 0.5);
   for (const int label : {2, 3})
@@ -238,7 +238,7 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
     const kerf::SurfaceMesh mesh{sheet.points, sheet.triangles};
     if (sheet_colored && measures && !measures->sheet_to_tumour_mm.empty())
       scene_->SetColoredSurface("sheet", mesh, measures->sheet_to_tumour_mm, 0,
-                                4 * std::max(margin, 5.0), tr("to tumour, mm"), 0.9);
+                                4 * std::max(margin, 5.0), tr("mm"), 0.9);
     else
       scene_->SetSurface("sheet", mesh, QColor("#ff4fa3"), 0.45);
   }

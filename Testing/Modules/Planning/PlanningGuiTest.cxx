@@ -257,7 +257,7 @@ void PlanningGuiTest::FromCtToCase() {
 
   gui_->Step(4);
   gui_->ChooseFile("openCameraButton", camera_);
-  QVERIFY2(gui_->Text("cameraInfo").contains("960"), qPrintable(gui_->Message()));
+  QTRY_VERIFY2(gui_->Text("cameraInfo").contains("960"), qPrintable(gui_->Message()));
   gui_->Click("placeLandmarksButton");
   for (const auto& [x, y] : {std::pair(0.4, 0.4), {0.6, 0.4}, {0.4, 0.6}, {0.6, 0.6}})
     gui_->ClickAt("sceneCanvas", x, y);

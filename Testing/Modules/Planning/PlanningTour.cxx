@@ -65,10 +65,11 @@ int main(int argc, char** argv) {
   shoot("mesh");
   gui.Click("qualityCheck");
   gui.Step(3);
-  gui.Click("lookFromS");
+  gui.Click("lookFromA");
   QTest::qWait(300);
   gui.Click("drawLineButton");
-  for (double y = 0.1; y < 0.95; y += 0.025) gui.ClickAt("sceneCanvas", 0.56, y);
+  // Across the upper pole, below the tumour; clicks beside the organ are not taken.
+  for (int p = 0; p < 24; ++p) gui.ClickAt("sceneCanvas", 0.28 + 0.02 * p, 0.41);
   gui.Click("drawLineButton");
   qobject_cast<QDoubleSpinBox*>(gui.Find("depthSpin"))->setValue(80);
   QTest::qWait(100);
@@ -78,7 +79,7 @@ int main(int argc, char** argv) {
   gui.Step(4);
   gui.ChooseFile("openCameraButton", study + "/camera.yml");
   gui.Click("placeLandmarksButton");
-  for (const auto& [x, y] : {std::pair(0.35, 0.45), {0.48, 0.38}, {0.45, 0.58}, {0.62, 0.52}})
+  for (const auto& [x, y] : {std::pair(0.38, 0.2), {0.42, 0.55}, {0.6, 0.5}, {0.54, 0.8}})
     gui.ClickAt("sceneCanvas", x, y);
   gui.Click("placeLandmarksButton");
   shoot("camera");
