@@ -13,13 +13,15 @@ ModelCut* RegistrationSession::Cut(int cut) {
   return &state_.cuts[cut];
 }
 
+bool RegistrationSession::InModel(int cut) const {
+  return std::any_of(applied_.begin(), applied_.end(),
+                     [&](const Applied& a) { return a.cut == cut; });
+}
+
 /// The cuts that this step applied for the first time, with the model before them.
 void RegistrationSession::NoteCuts(const StepReport& step) {
   for (const CutEvent& event : step.cuts) {
-    if (state_.cuts[event.cut].held) continue;
-    const bool known = std::any_of(applied_.begin(), applied_.end(),
-                                   [&](const Applied& a) { return a.cut == event.cut; });
-    if (known) continue;
+    if (!event.report.done || InModel(event.cut)) continue;
     applied_.push_back({event.cut, before_});
     decisions_.push_back({Decision::Kind::Taken, event.cut, {}, {}});
   }
@@ -27,12 +29,12 @@ void RegistrationSession::NoteCuts(const StepReport& step) {
 
 CutReport RegistrationSession::ApplyNow(int cut) {
   Engine engine = MakeEngine();
-  const bool known =
-      std::any_of(applied_.begin(), applied_.end(), [&](const Applied& a) { return a.cut == cut; });
-  if (history_kept_ && !known) applied_.push_back({cut, state_});
+  const bool kept = history_kept_ && !InModel(cut);
+  if (kept) applied_.push_back({cut, state_});
   clock_->Start();
   const CutReport report = ApplyCut(state_.cuts[cut], options_, engine, &state_);
   clock_->Finish();
+  if (kept && !report.done) applied_.pop_back();  // the cutter refused it
   return report;
 }
 
@@ -43,9 +45,21 @@ bool RegistrationSession::TakeOut(int cut) {
                                   [&](const Applied& a) { return a.cut == cut; });
   if (found == applied_.end()) return false;
   Engine engine = MakeEngine();
-  const auto grew = [&](int earlier) {  // since the model was kept
-    return found->before.cuts[earlier].surface.triangles.rows() !=
-           state_.cuts[earlier].surface.triangles.rows();
+  // From the model before any cut, where that can be done: S may have been turned meanwhile.
+  if (state_.origin && state_.grips.positions.rows() >= state_.origin->mesh.VertexCount()) {
+    std::vector<ModelCut> others = state_.cuts;
+    for (std::size_t i = 0; i < others.size(); ++i)
+      if (static_cast<int>(i) == cut || !InModel(static_cast<int>(i))) others[i].held = true;
+    if (auto model = CutAnew(others, options_, state_, true)) {
+      Adopt(std::move(*model), options_, engine, &state_);
+      applied_.erase(found);
+      return true;
+    }
+  }
+  const auto& then = found->before.cuts;
+  const auto grew = [&](std::size_t earlier) {  // since the model was kept, or not yet there
+    return earlier >= then.size() ||
+           then[earlier].surface.triangles.rows() != state_.cuts[earlier].surface.triangles.rows();
   };
   RestoreModel(found->before, options_, engine, &state_);
   std::vector<Applied> kept(applied_.begin(), found), later(found + 1, applied_.end());
@@ -75,7 +89,8 @@ bool RegistrationSession::Reject(int cut, Decision* decision) {
   ModelCut* given = Cut(cut);
   if (!given || given->rejected || given->line.points.rows() == 0) return false;
   *decision = {Decision::Kind::Rejected, cut, *given, state_.evidence.refused_mm};
-  if (!given->held && !TakeOut(cut)) return false;
+  if (!given->held && !history_kept_) return false;
+  if (InModel(cut) && !TakeOut(cut)) return false;
   RefuseEvidence(given->line.points, &state_);
   ModelCut empty;
   empty.rejected = true;
@@ -121,7 +136,7 @@ std::string RegistrationSession::Undo() {
       return Reject(last.cut, &ignored) ? "drawn " + name + " taken out" : "";
     case Decision::Kind::Accepted: {
       ModelCut* cut = Cut(last.cut);
-      if (!cut || cut->rejected || !TakeOut(last.cut)) return {};
+      if (!cut || cut->rejected || (InModel(last.cut) && !TakeOut(last.cut))) return {};
       cut->held = true;
       return name + " is a proposal again";
     }

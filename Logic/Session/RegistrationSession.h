@@ -84,6 +84,7 @@ class RegistrationSession {
   void NoteCuts(const StepReport& step);
   CutReport ApplyNow(int cut);
   bool TakeOut(int cut);
+  bool InModel(int cut) const;
   bool Reject(int cut, Decision* decision);
   ModelCut* Cut(int cut);
 

