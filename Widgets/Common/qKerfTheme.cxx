@@ -3,10 +3,12 @@
 #include <QApplication>
 #include <QPalette>
 #include <QStyleFactory>
+#include <QVariant>
 
 namespace {
 
-qKerfTheme current = qKerfTheme::Dark();
+// Kept by the application object: every plugin has its own copy of this file's variables.
+constexpr char kDarkProperty[] = "kerfDark";
 
 QPalette PaletteOf(const qKerfTheme& t) {
   QPalette p;
@@ -106,11 +108,15 @@ qKerfTheme qKerfTheme::Dark() {
   return t;
 }
 
-const qKerfTheme& qKerfTheme::Current() { return current; }
+const qKerfTheme& qKerfTheme::Current() {
+  static const qKerfTheme light = Light(), dark = Dark();
+  const QVariant now = qApp ? qApp->property(kDarkProperty) : QVariant();
+  return now.isValid() && !now.toBool() ? light : dark;
+}
 
 void qKerfTheme::Apply(QApplication& app, bool dark) {
-  current = dark ? Dark() : Light();
-  const qKerfTheme& t = current;
+  app.setProperty(kDarkProperty, dark);
+  const qKerfTheme& t = Current();
   app.setStyle(QStyleFactory::create("Fusion"));
   app.setPalette(PaletteOf(t));
   QString sheet = kSheet;

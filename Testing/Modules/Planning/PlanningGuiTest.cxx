@@ -378,6 +378,8 @@ void PlanningGuiTest::BothThemesAndSizes() {
   dark->trigger();
   QTest::qWait(50);
   QVERIFY(gui_->Window()->palette().color(QPalette::Window).lightness() > before.lightness() + 100);
+  // The module follows, not the frame alone: dark text on light.
+  QTRY_VERIFY2(gui_->Text("checklist").contains("#16191d"), qPrintable(gui_->Text("checklist")));
   for (const QSize& size : {QSize(1280, 800), QSize(1920, 1080)}) {
     gui_->Window()->resize(size);
     QTest::qWait(100);
