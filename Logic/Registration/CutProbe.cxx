@@ -107,7 +107,8 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
                                [](const ModelCut& c) { return !c.held && !c.rejected; });
   if (state.grips.regions.empty() || state.grips.residual_mm < probe.unexplained_mm ||
       state.grips.residual_mm > probe.hopeless_mm ||
-      state.grips.strain2 > probe.nonlinear_strain2 || !any || !(ends || (direction && !options.extrusion)))
+      state.grips.strain2 > probe.nonlinear_strain2 || !any ||
+      !(ends || (direction && !options.extrusion)))
     return std::nullopt;
   Comparison comparison(usable, camera, options, probe, state);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
@@ -126,13 +127,18 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
         comparison.Try(change.mesh, change.MapEmbedding(state.bound.embedding, state.mesh),
                        change.MapVertexField(state.grips.positions), candidate);
       } else {
-        const auto turned = Turned(cut, sign * probe.step_deg, camera, probe);
-        if (!turned) continue;
-        candidate.instead = *turned;
-        std::vector<ModelCut> cuts = state.cuts;
-        cuts[c] = *turned;
-        const auto model = CutAnew(cuts, options, state, false);
-        if (model) comparison.Try(model->mesh, model->features, model->grip_positions, candidate);
+        // A direction that cannot be remeshed well has neighbours that can.
+        for (double share : {1.0, 0.75, 1.25}) {
+          const auto turned = Turned(cut, sign * share * probe.step_deg, camera, probe);
+          if (!turned) continue;
+          candidate.instead = *turned;
+          std::vector<ModelCut> cuts = state.cuts;
+          cuts[c] = *turned;
+          const auto model = CutAnew(cuts, options, state, false);
+          if (!model) continue;
+          comparison.Try(model->mesh, model->features, model->grip_positions, candidate);
+          break;
+        }
       }
     }
   }

@@ -262,8 +262,9 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   const auto falling = [](double value, double full, double none) {
     return std::clamp((none - value) / (none - full), 0.0, 1.0);
   };
-  fit->trust = falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
-               falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2);
+  const double deserved = falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
+                          falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2);
+  fit->trust += std::clamp(deserved - fit->trust, -options.trust_lost, options.trust_gained);
 }
 
 }  // namespace kerf

@@ -38,12 +38,14 @@ struct GripFitOptions {
   double robust_scale_mm = 3.0;  ///< Geman–McClure; 1 mm loses the tracks after a jump
   double depth_weight = 1e-3;  ///< of (depth − depth at rest)² beside the squares across: a flat
                                ///< organ's stretch is else explained as approach
-  int steps = 1;               ///< damped Gauss–Newton steps a frame
-  int renewed_columns = 1;     ///< sensitivities measured anew a frame, in turn
-  double believed_mm = 0.65;   ///< residual up to which the fit is believed fully
+  double trust_gained = 0.1;   ///< at most, a frame: the overlay must not leap
+  double trust_lost = 0.25;
+  int steps = 1;                    ///< damped Gauss–Newton steps a frame
+  int renewed_columns = 1;          ///< sensitivities measured anew a frame, in turn
+  double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
   double nonlinear_strain2 = 0.25;  ///< and from which on not at all
-  double disbelieved_mm = 0.95;     ///< and from which on not at all
+  double disbelieved_mm = 0.60;     ///< and from which on not at all
 };
 
 /// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own
