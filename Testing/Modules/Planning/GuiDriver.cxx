@@ -112,6 +112,7 @@ void GuiDriver::ChooseFile(const QString& button, const QString& path) const {
     QTest::keyClick(name, Qt::Key_Return);
   });
   Click(button);
+  QApplication::setActiveWindow(window_.get());  // where no window manager does
 }
 
 void GuiDriver::Abandon() {
