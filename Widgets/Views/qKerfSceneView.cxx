@@ -176,6 +176,11 @@ void qKerfSceneView::ApplyTheme() {
   }
   impl_->cube->GetCubeProperty()->SetColor(t.raised.redF(), t.raised.greenF(), t.raised.blueF());
   impl_->cube->GetTextEdgesProperty()->SetColor(t.text.redF(), t.text.greenF(), t.text.blueF());
+  for (vtkProperty* letter :
+       {impl_->cube->GetXPlusFaceProperty(), impl_->cube->GetXMinusFaceProperty(),
+        impl_->cube->GetYPlusFaceProperty(), impl_->cube->GetYMinusFaceProperty(),
+        impl_->cube->GetZPlusFaceProperty(), impl_->cube->GetZMinusFaceProperty()})
+    letter->SetColor(t.text.redF(), t.text.greenF(), t.text.blueF());
   Render();
 }
 
