@@ -30,7 +30,7 @@ std::vector<CutEvent> DetectCut(const MeasuredDivergence& divergence, const Came
       RemoveCrossing(state->neighbors, state->bound.rest, *point, options.cut_radius_mm);
   CutEvent event;
   event.point = *point;
-  if (state->cuts.empty()) {
+  if (state->cuts.empty() || state->cuts.back().rejected || state->cuts.back().drawn) {
     state->cuts.emplace_back();
     state->cuts.back().detected_frame = state->frame;
     state->cuts.back().confidence = 1.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "Registration/CutDetection.h"
 #include "Registration/ModelUpdate.h"
 
 namespace kerf {
@@ -36,8 +37,9 @@ std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
   return grown;
 }
 
-/// `cut` with S turned about its line.
-std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, const CameraModel& camera,
+/// `cut` with S turned about its line. @param limited its depth is given
+std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, bool limited,
+                               const RegistrationState& state, const CameraModel& camera,
                                const CutProbeOptions& probe) {
   const Index n = static_cast<Index>(cut.line.points.rows());
   if (n < 2) return std::nullopt;
@@ -49,6 +51,7 @@ std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, const CameraM
   const double slope =
       std::acos(std::clamp(turned.direction.dot(camera.ViewDirection()), -1.0, 1.0));
   if (slope * 180.0 / M_PI > probe.steepest_deg) return std::nullopt;
+  if (!limited) turned.depth_mm = ThroughDepth_mm(state.origin->mesh, turned.direction);
   turned.surface = ExtrudeCut(turned.line, turned.direction, turned.depth_mm);
   return turned;
 }
@@ -61,12 +64,15 @@ class Comparison {
              const RegistrationState& state)
       : usable_(usable), camera_(camera), options_(options), state_(state) {
     fitting_.steps = probe.steps;
-    fitting_.renewed_columns = 0;
-    needed_ = (1.0 - probe.gain) * Cost(state.mesh, state.bound.embedding, state.grips.positions);
+    fitting_.renewed_columns = fitting_.after_cut = 0;
+    fitting_.newton_steps = 12;
+    gain_ = probe.gain;
   }
   /// Remembers the candidate if it is better than all before.
   void Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
            const BetterCut& candidate) {
+    if (needed_ < 0.0)
+      needed_ = (1.0 - gain_) * Cost(state_.mesh, state_.bound.embedding, state_.grips.positions);
     const double cost = Cost(mesh, features, grip_positions);
     if (cost >= needed_) return;
     needed_ = cost;
@@ -79,6 +85,7 @@ class Comparison {
     GripFit fit = state_.grips;
     fit.positions = grip_positions;
     fit.velocities = Points::Zero(mesh.VertexCount(), 3);
+    fit.settled = false;
     BoundFeatures bound = state_.bound;
     bound.embedding = features;
     const auto solver = MakeKerfSolver();
@@ -92,7 +99,7 @@ class Comparison {
   const MethodOptions& options_;
   const RegistrationState& state_;
   GripFitOptions fitting_;
-  double needed_;
+  double gain_ = 0.0, needed_ = -1.0;  // the cost to undercut; not known yet
   std::optional<BetterCut> best_;
 };
 
@@ -101,19 +108,21 @@ class Comparison {
 std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
                                    const MethodOptions& options, const CutProbeOptions& probe,
                                    const TetCutter& cutter, const RegistrationState& state) {
-  const int turn = state.frame % probe.every_frames;
-  const bool ends = turn == 0, direction = turn == probe.every_frames / 2;
-  const bool any = std::any_of(state.cuts.begin(), state.cuts.end(),
-                               [](const ModelCut& c) { return !c.held && !c.rejected; });
-  if (state.grips.regions.empty() || state.grips.residual_mm < probe.unexplained_mm ||
+  const bool direction = state.probing.turn, ends = !direction;
+  const auto open = [](const ModelCut& c) { return c.in_model && !c.drawn; };
+  const bool any = std::any_of(state.cuts.begin(), state.cuts.end(), open);
+  if (options.hold_cuts || state.grips.regions.empty() ||
+      state.grips.residual_mm < probe.unexplained_mm ||
       state.grips.residual_mm > probe.hopeless_mm ||
       state.grips.strain2 > probe.nonlinear_strain2 || !any ||
       !(ends || (direction && !options.extrusion)))
     return std::nullopt;
   Comparison comparison(usable, camera, options, probe, state);
+  Points start;
+  if (direction) start = BentByGrips(state.grips, state.origin->mesh.rest);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
-    if (cut.held || cut.rejected) continue;
+    if (!open(cut)) continue;
     for (int sign : {-1, 1}) {
       BetterCut candidate{static_cast<int>(c), {}, direction};
       if (ends) {
@@ -129,12 +138,13 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
       } else {
         // A direction that cannot be remeshed well has neighbours that can.
         for (double share : {1.0, 0.75, 1.25}) {
-          const auto turned = Turned(cut, sign * share * probe.step_deg, camera, probe);
+          const auto turned = Turned(cut, sign * share * probe.step_deg,
+                                     options.cut_depth_mm.has_value(), state, camera, probe);
           if (!turned) continue;
           candidate.instead = *turned;
           std::vector<ModelCut> cuts = state.cuts;
           cuts[c] = *turned;
-          const auto model = CutAnew(cuts, options, state, false);
+          const auto model = CutAnew(cuts, options, state, false, &start);
           if (!model) continue;
           comparison.Try(model->mesh, model->features, model->grip_positions, candidate);
           break;

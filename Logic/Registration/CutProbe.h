@@ -7,7 +7,8 @@
 namespace kerf {
 
 struct CutProbeOptions {
-  int every_frames = 6;             ///< ends and direction take turns, half of it apart
+  int pause_frames = 3;             ///< between two probes; ends and direction take turns
+  int longest_pause_frames = 24;    ///< each probe in vain doubles the pause, up to this
   double step_mm = 2.5;             ///< how much longer a cut is tried
   double step_deg = 8.0;            ///< how much its S is tried turned about the line
   double steepest_deg = 32.0;       ///< from the line of sight
@@ -27,7 +28,8 @@ struct BetterCut {
 
 /// The residual of the grips tells a cut that is too short, or leads into the depth in a wrong
 /// direction, from the right one (Registration/GripFit.h). Tries on copies: longer at each end that
-/// lies inside the organ; turned about its line either way.
+/// lies inside the organ; or turned about its line either way (state.probing says
+/// which). Cuts that a surgeon drew or decides about are left alone.
 std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
                                    const MethodOptions& options, const CutProbeOptions& probe,
                                    const TetCutter& cutter, const RegistrationState& state);

@@ -43,6 +43,8 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
     restored.grips = state->grips;
     restored.grips.positions = at.Positions(state->grips.positions, state->mesh.tets);
     restored.grips.velocities = Points::Zero(restored.mesh.VertexCount(), 3);
+    restored.grips.settled = false;
+    restored.grips.stale_columns = static_cast<int>(restored.grips.sensitivities.cols());
     Untangle(restored.mesh, &restored.grips.positions);
   }
   *state = std::move(restored);

@@ -15,6 +15,7 @@ struct Misfit {
   double approach_mm = 0.0;  ///< mean depth from rest
   double cost = 0.0;
   double rms_mm = 0.0;
+  double explained_share = 0.0;  ///< features within the robust scale
 };
 
 struct Sights {
@@ -68,6 +69,7 @@ Misfit MisfitOf(const Sights& sights, const Points& positions, const TetMesh& me
     out.depth[k] = sights.along[k].dot((p.row(k) - sights.rest.row(k)).transpose());
     out.cost +=
         scale_mm * scale_mm * q / (1.0 + q) + options.depth_weight * out.depth[k] * out.depth[k];
+    out.explained_share += q < 1.0 ? 1.0 / double(m) : 0.0;
     out.weight[k] = 1.0 / ((1.0 + q) * (1.0 + q));
     sum += out.weight[k] * r.squaredNorm();
     weights += out.weight[k];
@@ -80,17 +82,17 @@ Misfit MisfitOf(const Sights& sights, const Points& positions, const TetMesh& me
 
 constexpr double kHold = 100.0;  // stiffness of a held vertex, E · mm
 constexpr double kUsualApproach_mm = 10.0;
-constexpr double kLawError = 0.15;   // of the squared strain: relative error of an organ's width
-constexpr double kTolerance = 1e-4;  // relative energy gap
-constexpr int kNewtonSteps = 4;      // at most; what is left goes on in the next frame
-constexpr double kProbe_mm = 0.5;    // translation that a sensitivity is measured with
-constexpr double kProbe_rad = 0.02;  // rotation
+constexpr double kLawError = 0.15;    // of the squared strain: relative error of an organ's width
+constexpr double kTolerance = 1e-4;   // relative energy gap
+constexpr double kAtRest_mm2 = 1e-6;  // a cost per feature that no step needs to lower
+constexpr double kProbe_mm = 0.5;     // translation that a sensitivity is measured with
+constexpr double kProbe_rad = 0.02;   // rotation
 
-/// @return elastic energy, µJ, of the organ in equilibrium with its held vertices at motions ·
-/// rest, from `positions` on.
-double Settle(const TetMesh& mesh, const Material& material, const std::vector<GripRegion>& regions,
-              const std::vector<Eigen::Isometry3d>& motions, ElasticSolver* solver,
-              Points* positions, Points* velocities) {
+/// The organ in equilibrium with its held vertices at motions · rest, from `positions` on.
+SolveReport Settle(const TetMesh& mesh, const Material& material,
+                   const std::vector<GripRegion>& regions,
+                   const std::vector<Eigen::Isometry3d>& motions, int newton_steps,
+                   ElasticSolver* solver, Points* positions, Points* velocities) {
   Fixations held;
   std::vector<Vec3> targets;
   for (std::size_t g = 0; g < regions.size(); ++g)
@@ -109,9 +111,8 @@ double Settle(const TetMesh& mesh, const Material& material, const std::vector<G
   none.directions.resize(0, 3);
   SolveOptions options;
   options.tolerance = kTolerance;
-  options.max_newton_steps = kNewtonSteps;
-  const SolveReport report = solver->Solve(none, held, options, positions, velocities);
-  return report.elastic_energy_uJ;
+  options.max_newton_steps = newton_steps;
+  return solver->Solve(none, held, options, positions, velocities);
 }
 
 /// Mean squared strain: W_I = E V ε² / 2.
@@ -158,8 +159,8 @@ std::vector<Vec3> CentersOf(const GripFit& fit, const Points& rest) {
   return centers;
 }
 
-void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding& features,
-                 ElasticSolver* solver, GripFit* fit) {
+void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps,
+                 const Embedding& features, ElasticSolver* solver, GripFit* fit) {
   const int column = fit->next_column;
   fit->next_column = (column + 1) % static_cast<int>(fit->sensitivities.cols());
   const int g = column / 6, k = column % 6;
@@ -168,7 +169,7 @@ void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding&
   motions[g] =
       Moved(motions[g], CentersOf(*fit, mesh.rest)[g], by * Eigen::Matrix<double, 6, 1>::Unit(k));
   Points positions = fit->positions, velocities = fit->velocities;
-  Settle(mesh, material, fit->regions, motions, solver, &positions, &velocities);
+  Settle(mesh, material, fit->regions, motions, newton_steps, solver, &positions, &velocities);
   const Points change =
       features.Positions(positions, mesh.tets) - features.Positions(fit->positions, mesh.tets);
   fit->sensitivities.col(column) =
@@ -182,6 +183,19 @@ std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest) {
   for (Index v = 0; v < static_cast<Index>(rest.rows()); ++v)
     if (rest.row(v).dot(region.axis.transpose()) >= region.from_mm) vertices.push_back(v);
   return vertices;
+}
+
+Points BentByGrips(const GripFit& fit, const Points& rest) {
+  // The two regions look along the same axis, either way.
+  const Vec3 axis = fit.regions[0].axis;
+  const double far = fit.regions[0].from_mm, near = -fit.regions[1].from_mm;
+  Points bent(rest.rows(), 3);
+  for (Index v = 0; v < static_cast<Index>(rest.rows()); ++v) {
+    const Vec3 x = rest.row(v).transpose();
+    const double t = std::clamp((axis.dot(x) - near) / (far - near), 0.0, 1.0);
+    bent.row(v) = (t * (fit.motions[0] * x) + (1.0 - t) * (fit.motions[1] * x)).transpose();
+  }
+  return bent;
 }
 
 GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Material& material,
@@ -201,7 +215,7 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
   solver->Reset(mesh, material);
   fit.sensitivities.resize(3 * bound.rest.rows(), 12);
   for (int column = 0; column < 12; ++column)
-    RenewColumn(mesh, material, bound.embedding, solver, &fit);
+    RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, &fit);
   return fit;
 }
 
@@ -211,15 +225,22 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   const Sights sights = SightsOf(bound, pixels, usable, camera);
   const Index m = static_cast<Index>(sights.feature.size());
   if (m < 12) {
-    fit->trust = 0.0;
+    fit->trust = std::max(0.0, fit->trust - options.trust_lost);
+    fit->residual_mm = 0.0;  // nothing to explain, nothing to probe
     return;
   }
-  for (int i = 0; i < options.renewed_columns; ++i)
-    RenewColumn(mesh, material, bound.embedding, solver, fit);
-  // A cut may have moved the equilibrium under unchanged grips.
-  double energy_uJ =
-      Settle(mesh, material, fit->regions, fit->motions, solver, &fit->positions, &fit->velocities);
-  fit->strain2 = SquaredStrain(mesh, material, energy_uJ);
+  const auto settled = [&](const SolveReport& report) {
+    fit->settled = report.converged;
+    fit->strain2 = SquaredStrain(mesh, material, report.elastic_energy_uJ);
+  };
+  if (!fit->settled)
+    settled(Settle(mesh, material, fit->regions, fit->motions, options.newton_steps, solver,
+                   &fit->positions, &fit->velocities));
+  // A column is measured from the equilibrium; a cut has changed them all.
+  const int renewed = options.renewed_columns + (fit->stale_columns > 0 ? options.after_cut : 0);
+  for (int i = 0; i < renewed; ++i)
+    RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, fit);
+  fit->stale_columns = std::max(0, fit->stale_columns - renewed);
   const double approach = ApproachWeight(sights, fit->strain2, camera);
   Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
@@ -240,20 +261,23 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     b -= approach * now.approach_mm * mean_along;
     A.diagonal() += fit->lambda * A.diagonal();
     const Eigen::VectorXd q = A.ldlt().solve(b);
+    if (!q.allFinite()) break;
     const std::vector<Vec3> centers = CentersOf(*fit, mesh.rest);
     std::vector<Eigen::Isometry3d> motions = fit->motions;
     for (std::size_t g = 0; g < motions.size(); ++g)
       motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
     Points positions = fit->positions, velocities = fit->velocities;
-    Settle(mesh, material, fit->regions, motions, solver, &positions, &velocities);
+    const SolveReport report = Settle(mesh, material, fit->regions, motions, options.newton_steps,
+                                      solver, &positions, &velocities);
     const Misfit then = MisfitOf(sights, positions, mesh, options, approach);
     if (then.cost < now.cost) {
       fit->motions = motions;
       fit->positions = positions;
       fit->velocities = velocities;
       now = then;
+      settled(report);
       fit->lambda = std::max(1e-4, 0.3 * fit->lambda);
-    } else {
+    } else if (now.cost > kAtRest_mm2 * double(m)) {
       fit->lambda = std::min(1e3, 10.0 * fit->lambda);
     }
   }
@@ -262,8 +286,10 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   const auto falling = [](double value, double full, double none) {
     return std::clamp((none - value) / (none - full), 0.0, 1.0);
   };
-  const double deserved = falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
-                          falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2);
+  const double deserved =
+      falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
+      falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2) *
+      falling(-now.explained_share, -options.explained_share, -options.unexplained_share);
   fit->trust += std::clamp(deserved - fit->trust, -options.trust_lost, options.trust_gained);
 }
 

@@ -25,6 +25,8 @@ struct GripFit {
   Points positions;                        ///< N×3, the organ under them, mm
   Points velocities;                       ///< N×3, the solver's, unused
   Eigen::MatrixXd sensitivities;           ///< 3F×6G, of the features' positions
+  bool settled = false;                    ///< `positions` are the equilibrium
+  int stale_columns = 0;                   ///< sensitivities from before a cut
   int next_column = 0;                     ///< the sensitivity that is renewed next
   double lambda = 1e-2;                    ///< damping of the next step
   double cost_mm2 = 0.0;                   ///< robust mean square across the lines of sight
@@ -41,10 +43,14 @@ struct GripFitOptions {
   double trust_gained = 0.1;   ///< at most, a frame: the overlay must not leap
   double trust_lost = 0.25;
   int steps = 1;                    ///< damped Gauss–Newton steps a frame
+  int newton_steps = 4;             ///< of one equilibrium at most; the rest is left to the next
   int renewed_columns = 1;          ///< sensitivities measured anew a frame, in turn
+  int after_cut = 3;                ///< more of them until all are from after the last cut
   double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
   double nonlinear_strain2 = 0.25;  ///< and from which on not at all
+  double explained_share = 0.97;    ///< of the features within the robust scale: full belief
+  double unexplained_share = 0.90;  ///< and none
   double disbelieved_mm = 0.60;     ///< and from which on not at all
 };
 
@@ -58,6 +64,9 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
 void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatures& bound,
                  const Pixels& pixels, const std::vector<char>& usable, const CameraModel& camera,
                  const GripFitOptions& options, ElasticSolver* solver, GripFit* fit);
+
+/// The organ bent smoothly from grip to grip, not yet in equilibrium: a start that no cut has torn.
+Points BentByGrips(const GripFit& fit, const Points& rest);
 
 /// Vertices in a region.
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest);

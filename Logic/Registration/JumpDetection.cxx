@@ -155,10 +155,12 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
       grown.detected_frame = state->frame;
       grown.held = options.hold_cuts;
     }
-    if (event.first) grown.direction = direction;
-    grown.view = camera.ViewDirection();
-    grown.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, grown.direction));
-    grown.surface = ExtrudeCut(grown.line, direction, grown.depth_mm);
+    if (event.first) {  // what a cut has it keeps: the old part of S stays bit for bit
+      grown.direction = direction;
+      grown.view = camera.ViewDirection();
+      grown.depth_mm = options.cut_depth_mm.value_or(ThroughDepth_mm(state->mesh, direction));
+    }
+    grown.surface = ExtrudeCut(grown.line, grown.direction, grown.depth_mm);
     if (event.first) {
       cut_index = static_cast<int>(state->cuts.size());
       state->cuts.push_back(grown);

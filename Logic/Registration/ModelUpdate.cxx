@@ -1,6 +1,7 @@
 #include "Registration/ModelUpdate.h"
 
 #include "Cutting/ExtrudePolyline.h"
+#include "Geometry/EmbedPoints.h"
 #include "Registration/Untangle.h"
 
 namespace kerf {
@@ -8,6 +9,7 @@ namespace {
 
 constexpr double kAbove_mm =
     15.0;  // S starts this far in front of the line: the surface bulges and the line is a chord
+constexpr int kPasses = 3;
 constexpr double kSpacing_mm = 3.0;  // of the strip's rows
 
 }  // namespace
@@ -23,6 +25,8 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   const TopologyChange change =
       engine.cutter.Cut(state->mesh, cut.surface, &report, &state->positions);
   if (!change.changed) return report;
+  for (ModelCut& known : state->cuts)
+    if (&known == &cut) known.in_model = true;
   engine.solver.Apply(change);
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
@@ -30,6 +34,8 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
     engine.grips->Apply(change);
     state->grips.positions = change.MapVertexField(state->grips.positions);
     state->grips.velocities = change.MapVertexField(state->grips.velocities);
+    state->grips.settled = false;
+    state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
   }
   state->bound.embedding = change.MapEmbedding(state->bound.embedding, state->mesh);
   if (engine.observer) engine.observer->Begin(Stage::Structures);
@@ -41,31 +47,66 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   return report;
 }
 
+/// Where the material at the uncut mesh's vertices is now. Old vertices keep their numbers through
+/// every cut, but some have been moved onto S.
+void PlacesNow(const RegistrationState& state, CutModel* model) {
+  const Index n = model->mesh.VertexCount();
+  model->positions = state.positions.topRows(n);
+  model->grip_positions = state.grips.positions.topRows(n);
+  std::vector<Index> moved;
+  for (Index v = 0; v < n; ++v)
+    if (state.mesh.rest.row(v) != model->mesh.rest.row(v)) moved.push_back(v);
+  if (!moved.empty()) {
+    Points rest(moved.size(), 3);
+    for (std::size_t k = 0; k < moved.size(); ++k) rest.row(k) = model->mesh.rest.row(moved[k]);
+    const Embedding at = EmbedPoints(state.mesh, rest);
+    const Points now = at.Positions(state.positions, state.mesh.tets);
+    const Points held = at.Positions(state.grips.positions, state.mesh.tets);
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      model->positions.row(moved[k]) = now.row(k);
+      model->grip_positions.row(moved[k]) = held.row(k);
+    }
+  }
+}
+
 std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodOptions& options,
-                                const RegistrationState& state, bool structures) {
+                                const RegistrationState& state, bool structures,
+                                const Points* start) {
   if (!state.origin) return std::nullopt;
   CutModel model;
   model.mesh = state.origin->mesh;
   model.features = state.origin->features;
   if (structures) model.structures = state.origin->structures;
-  // Old vertices keep their numbers through every cut.
-  model.positions = state.positions.topRows(model.mesh.VertexCount());
-  model.grip_positions = state.grips.positions.topRows(model.mesh.VertexCount());
+  if (start) {
+    model.positions = model.grip_positions = *start;
+  } else {
+    PlacesNow(state, &model);
+  }
   for (const ModelCut& cut : cuts) {
-    if (cut.held || cut.rejected || cut.surface.triangles.rows() == 0) continue;
-    const TopologyChange change = model.cutter.Cut(model.mesh, cut.surface);
-    if (!change.changed) return std::nullopt;
-    model.positions = change.MapVertexField(model.positions);
-    model.grip_positions = change.MapVertexField(model.grip_positions);
-    model.features = change.MapEmbedding(model.features, model.mesh);
-    for (Structure& structure : model.structures)
-      structure =
-          CutStructureSurface(structure, cut.surface, change, model.mesh, options.structure_mode);
-    model.mesh = change.mesh;
+    if (!cut.in_model || cut.rejected) continue;
+    // A whole S at once leaves bridges where it cannot keep the elements well shaped everywhere;
+    // looked at afresh, most of them can be cut.
+    bool any = false;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      model.cutter = TetCutter();
+      const TopologyChange change = model.cutter.Cut(model.mesh, cut.surface);
+      if (!change.changed) break;
+      any = true;
+      model.positions = change.MapVertexField(model.positions);
+      model.grip_positions = change.MapVertexField(model.grip_positions);
+      model.features = change.MapEmbedding(model.features, model.mesh);
+      for (Structure& structure : model.structures)
+        structure =
+            CutStructureSurface(structure, cut.surface, change, model.mesh, options.structure_mode);
+      model.mesh = change.mesh;
+    }
+    if (!any) return std::nullopt;
   }
   // What lies between the old S and the new one starts on the wrong side of the gap.
-  Untangle(model.mesh, &model.positions);
-  Untangle(model.mesh, &model.grip_positions);
+  if (!start) {
+    Untangle(model.mesh, &model.positions);
+    Untangle(model.mesh, &model.grip_positions);
+  }
   return model;
 }
 
@@ -82,6 +123,8 @@ void Adopt(CutModel model, const MethodOptions& options, Engine& engine, Registr
     engine.grips->Reset(state->mesh, options.material);
     state->grips.positions = std::move(model.grip_positions);
     state->grips.velocities = Points::Zero(state->mesh.VertexCount(), 3);
+    state->grips.settled = false;
+    state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
   }
 }
 

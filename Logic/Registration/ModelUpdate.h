@@ -24,9 +24,11 @@ struct CutModel {
   std::vector<Structure> structures;
   TetCutter cutter;
 };
-/// @param structures false: they are left out. @return none when a cut is refused
+/// @param structures false: they are left out. @param start where the uncut mesh's vertices begin,
+/// instead of the state's positions. @return none when a cut is refused
 std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodOptions& options,
-                                const RegistrationState& state, bool structures);
+                                const RegistrationState& state, bool structures,
+                                const Points* start = nullptr);
 /// Puts it in the place of the state's; the solvers start afresh.
 void Adopt(CutModel model, const MethodOptions& options, Engine& engine, RegistrationState* state);
 

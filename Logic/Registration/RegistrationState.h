@@ -27,6 +27,7 @@ struct ModelCut {
   double confidence = 0.0;  ///< 0..1
   bool held = false;        ///< proposed only: S is known, the model is not cut yet
   bool rejected = false;    ///< by a surgeon: line and S are empty, the number stays taken
+  bool in_model = false;    ///< the model has been cut along it (not held, not refused)
   bool drawn = false;       ///< by a surgeon's hand
 };
 
@@ -35,6 +36,13 @@ struct UncutModel {
   TetMesh mesh;
   Embedding features;
   std::vector<Structure> structures;
+};
+
+/// When cuts are probed next (Registration/CutProbe.h).
+struct CutProbing {
+  int next_frame = 0;
+  int pause_frames = 0;  ///< 0: the shortest
+  bool turn = false;     ///< the next one tries directions, not ends
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.
@@ -53,7 +61,8 @@ struct RegistrationState {
   Points blind_outline;                      ///< rest places whose outline is hidden, mm
   BoundaryTopology boundary;                 ///< of `mesh`
   GripFit grips;                             ///< loads that explain the tracks (Kerf's method)
-  std::vector<ModelCut> cuts;                ///< p_C, S
+  CutProbing probing;
+  std::vector<ModelCut> cuts;  ///< p_C, S
 };
 
 }  // namespace kerf

@@ -1,5 +1,7 @@
 #include "Registration/Step.h"
 
+#include <algorithm>
+
 #include "Registration/CutDetection.h"
 #include "Registration/CutProbe.h"
 #include "Registration/JumpDetection.h"
@@ -44,7 +46,7 @@ Springs FeatureSprings(const RegistrationState& state, const Points& targets,
 /// far as they are believed.
 Eigen::VectorXd GaugeDepths_mm(const RegistrationState& state, const CameraModel& camera) {
   Eigen::VectorXd depth = state.bound.rest_depth_mm;
-  if (state.grips.trust <= 0.0) return depth;
+  if (!(state.grips.trust > 0.0)) return depth;
   const Points held = state.bound.embedding.Positions(state.grips.positions, state.mesh.tets);
   for (Index i = 0; i < depth.size(); ++i)
     depth[i] += state.grips.trust * (camera.Depth(held.row(i).transpose()) - depth[i]);
@@ -54,7 +56,7 @@ Eigen::VectorXd GaugeDepths_mm(const RegistrationState& state, const CameraModel
 /// The held parts stay where the fit has them, as far as it is believed.
 Fixations HeldByGrips(const RegistrationState& state, const MethodOptions& options) {
   Fixations held;
-  if (state.grips.trust <= 0.0) return held;
+  if (!(state.grips.trust > 0.0)) return held;
   for (const GripRegion& region : state.grips.regions)
     for (Index v : VerticesIn(region, state.mesh.rest)) held.vertices.push_back(v);
   held.targets.resize(held.vertices.size(), 3);
@@ -130,15 +132,30 @@ std::vector<CutEvent> Detect(const Points& current, const Points& targets,
 void Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
             StepReport* report) {
-  const auto better = ProbeCuts(usable, camera, options, {}, engine.cutter, *state);
+  CutProbing& probing = state->probing;
+  if (state->frame < probing.next_frame) return;
+  const CutProbeOptions waits;
+  const auto better = ProbeCuts(usable, camera, options, waits, engine.cutter, *state);
+  probing.pause_frames =
+      better ? waits.pause_frames
+             : std::clamp(2 * probing.pause_frames, waits.pause_frames, waits.longest_pause_frames);
+  probing.next_frame = state->frame + probing.pause_frames;
+  probing.turn = !probing.turn;
   if (!better) return;
   CutEvent event;
   event.cut = better->cut;
   event.point = better->instead.line.points.row(0).transpose();
   state->cuts[better->cut] = better->instead;
   if (better->turned) {
-    if (auto model = CutAnew(state->cuts, options, *state, true)) {
+    const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
+    if (auto model = CutAnew(state->cuts, options, *state, true, &start)) {
       Adopt(std::move(*model), options, engine, state);
+      GripFitOptions fitting;
+      fitting.steps = waits.steps;
+      fitting.newton_steps = 12;
+      UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
+                  camera, fitting, engine.grips, &state->grips);
+      state->positions = state->grips.positions;
       event.report.done = true;
     }
   } else {
@@ -212,6 +229,8 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
                   camera, {}, engine.grips, &state->grips);
     if (options.cutting && report.cuts.empty() && engine.grips)
       Refine(usable, camera, options, engine, state, &report);
+    else if (!report.cuts.empty())
+      state->probing = {state->frame + 1, 0, false};  // what grew is probed soon
     const Points gauged =
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
     Springs springs = FeatureSprings(*state, gauged, usable, camera, options);

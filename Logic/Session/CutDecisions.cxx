@@ -49,7 +49,7 @@ bool RegistrationSession::TakeOut(int cut) {
   if (state_.origin && state_.grips.positions.rows() >= state_.origin->mesh.VertexCount()) {
     std::vector<ModelCut> others = state_.cuts;
     for (std::size_t i = 0; i < others.size(); ++i)
-      if (static_cast<int>(i) == cut || !InModel(static_cast<int>(i))) others[i].held = true;
+      if (static_cast<int>(i) == cut || !InModel(static_cast<int>(i))) others[i].in_model = false;
     if (auto model = CutAnew(others, options_, state_, true)) {
       Adopt(std::move(*model), options_, engine, &state_);
       applied_.erase(found);

@@ -53,6 +53,7 @@ Eigen::Isometry3d Motion(int end, double s) {
 /// line.
 ModelCut CutTo(double to_y, double tilt_deg) {
   ModelCut cut;
+  cut.in_model = true;
   cut.line.points.resize(8, 3);
   for (int i = 0; i < 8; ++i)
     cut.line.points.row(i) << 3.0, -24.0 + (to_y + 24.0) * i / 7.0, 0.5 * kHeight;
@@ -204,7 +205,6 @@ TEST(CutProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
   const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
   Model model(&shorter);
   model.Follow(Seen(Truth(&right, 1.0)));
-  model.state.frame = 0;
   const auto better = ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state);
   ASSERT_TRUE(better);
   EXPECT_FALSE(better->turned);
@@ -217,17 +217,17 @@ TEST(CutProbe, ACutThatIsRightStaysAsItIs) {
   const ModelCut right = CutTo(4.0, 0);
   Model model(&right);
   model.Follow(Seen(Truth(&right, 1.0)));
-  for (int frame : {0, 3}) {
-    model.state.frame = frame;
+  for (bool turn : {false, true}) {
+    model.state.probing.turn = turn;
     EXPECT_FALSE(ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state));
   }
 }
 
 TEST(CutProbe, ACutInAWrongDirectionIsTurned) {
-  const ModelCut right = CutTo(4.0, 20), straight = CutTo(4.0, 0);
+  const ModelCut right = CutTo(9.0, 24), straight = CutTo(9.0, 0);
   Model model(&straight);
   model.Follow(Seen(Truth(&right, 1.0)));
-  model.state.frame = 3;
+  model.state.probing.turn = true;
   const auto better = ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state);
   ASSERT_TRUE(better);
   EXPECT_TRUE(better->turned);
