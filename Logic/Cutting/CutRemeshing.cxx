@@ -12,7 +12,7 @@ namespace {
 constexpr double kOnS = 1e-6;  // of the edge length: lies on S already
 constexpr double kBentShare =
     0.2;  // an edge that starts on S is cut again only this far from its ends
-constexpr double kGrazing = 0.02;  // of the edge length
+constexpr double kGrazing = 0.02;         // of the edge length
 constexpr double kTangentAngle_deg = 35;  // boundary faces that S grazes
 
 double CosOf(double angle_deg) { return std::cos(angle_deg * M_PI / 180); }

@@ -282,7 +282,8 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
       }
       closed |= !face.open;
     }
-    if (any && !closed) return report;  // no face left whose closing could mend it: nothing is opened
+    if (any && !closed)
+      return report;  // no face left whose closing could mend it: nothing is opened
     if (any) continue;
     for (const OpenFace& face : faces) {
       if (!face.open) continue;

@@ -15,7 +15,8 @@ struct SurfaceHit {
   double distance_mm = 0.0;     ///< from the ray's origin, or from the query point
 };
 
-/// AABB tree over a triangle surface: ray casts, closest points, inside tests. Immutable; safe for concurrent queries.
+/// AABB tree over a triangle surface: ray casts, closest points, inside tests. Immutable; safe for
+/// concurrent queries.
 class SurfaceTree {
  public:
   explicit SurfaceTree(const SurfaceMesh& surface);

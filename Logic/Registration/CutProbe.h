@@ -8,7 +8,7 @@ namespace kerf {
 
 struct CutProbeOptions {
   int pause_frames = 3;             ///< between two probes; ends and direction take turns
-  int longest_pause_frames = 6;    ///< each probe in vain doubles the pause, up to this
+  int longest_pause_frames = 6;     ///< each probe in vain doubles the pause, up to this
   double step_mm = 2.5;             ///< how much longer a cut is tried
   double step_deg = 8.0;            ///< how much its S is tried turned about the line
   double steepest_deg = 32.0;       ///< from the line of sight
