@@ -12,6 +12,16 @@ constexpr double kOnSurface_mm =
 
 }  // namespace
 
+double DistanceToLine(const Points& line, const Vec3& p) {
+  double best = 1e30;
+  for (Index i = 0; i + 1 < line.rows(); ++i) {
+    const Vec3 a = line.row(i).transpose(), ab = line.row(i + 1).transpose() - a;
+    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    best = std::min(best, (a + t * ab - p).norm());
+  }
+  return best;
+}
+
 Points LineOnSurface(const CutPolyline& line, const Vec3& direction, const SurfaceTree& surface,
                      double step_mm) {
   std::vector<Vec3> hits;

@@ -16,6 +16,9 @@ namespace kerf {
 Points LineOnSurface(const CutPolyline& line, const Vec3& direction,
                      const SurfaceTree& rest_surface, double step_mm = 1.0);
 
+/// Distance of `p` from a line of points, mm; 1e30 for fewer than two points.
+double DistanceToLine(const Points& line, const Vec3& p);
+
 /// Which triangles of a cut organ's boundary are faces of a cut: those whose centre lies off the
 /// uncut organ's surface.
 /// @param boundary_rest boundary of the cut mesh at rest; @param uncut tree over the uncut organ's

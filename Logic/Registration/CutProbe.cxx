@@ -84,7 +84,6 @@ class Comparison {
   double Cost(const TetMesh& mesh, const Embedding& features, const Points& grip_positions) const {
     GripFit fit = state_.grips;
     fit.positions = grip_positions;
-    fit.velocities = Points::Zero(mesh.VertexCount(), 3);
     fit.settled = false;
     BoundFeatures bound = state_.bound;
     bound.embedding = features;

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "Geometry/EmbedPoints.h"
+#include "Registration/CutLine.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/Untangle.h"
 
@@ -12,16 +13,6 @@ namespace {
 
 constexpr double kShortest_mm = 1.0;   // points of a stroke that are nearer than this are merged
 constexpr double kRefusedReach = 2.5;  // in feature spacings: pairs this near to a refused line
-
-double DistanceToSegments(const Points& line, const Vec3& p) {
-  double best = 1e30;
-  for (Index i = 0; i + 1 < line.rows(); ++i) {
-    const Vec3 a = line.row(i).transpose(), ab = line.row(i + 1).transpose() - a;
-    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
-    best = std::min(best, (a + t * ab - p).norm());
-  }
-  return best;
-}
 
 }  // namespace
 
@@ -42,7 +33,6 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   if (state->grips.positions.rows() == state->mesh.VertexCount()) {
     restored.grips = state->grips;
     restored.grips.positions = at.Positions(state->grips.positions, state->mesh.tets);
-    restored.grips.velocities = Points::Zero(restored.mesh.VertexCount(), 3);
     restored.grips.settled = false;
     restored.grips.stale_columns = static_cast<int>(restored.grips.sensitivities.cols());
     Untangle(restored.mesh, &restored.grips.positions);
@@ -65,7 +55,7 @@ void RefuseEvidence(const Points& line, RegistrationState* state) {
   for (Index e = 0; e < edges; ++e) {
     const auto [l, m] = t.edges[e];
     const Vec3 middle = 0.5 * (state->bound.rest.row(l) + state->bound.rest.row(m)).transpose();
-    if (DistanceToSegments(line, middle) > kRefusedReach * t.spacing_mm) continue;
+    if (DistanceToLine(line, middle) > kRefusedReach * t.spacing_mm) continue;
     near.push_back(e);
     largest = std::max(largest, evidence.last_mm[e]);
   }

@@ -92,7 +92,7 @@ constexpr double kProbe_rad = 0.02;   // rotation
 SolveReport Settle(const TetMesh& mesh, const Material& material,
                    const std::vector<GripRegion>& regions,
                    const std::vector<Eigen::Isometry3d>& motions, int newton_steps,
-                   ElasticSolver* solver, Points* positions, Points* velocities) {
+                   ElasticSolver* solver, Points* positions) {
   Fixations held;
   std::vector<Vec3> targets;
   for (std::size_t g = 0; g < regions.size(); ++g)
@@ -112,7 +112,8 @@ SolveReport Settle(const TetMesh& mesh, const Material& material,
   SolveOptions options;
   options.tolerance = kTolerance;
   options.max_newton_steps = newton_steps;
-  return solver->Solve(none, held, options, positions, velocities);
+  Points velocities = Points::Zero(positions->rows(), 3);  // untouched without inertia
+  return solver->Solve(none, held, options, positions, &velocities);
 }
 
 /// Mean squared strain: W_I = E V ε² / 2.
@@ -168,8 +169,8 @@ void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps
   std::vector<Eigen::Isometry3d> motions = fit->motions;
   motions[g] =
       Moved(motions[g], CentersOf(*fit, mesh.rest)[g], by * Eigen::Matrix<double, 6, 1>::Unit(k));
-  Points positions = fit->positions, velocities = fit->velocities;
-  Settle(mesh, material, fit->regions, motions, newton_steps, solver, &positions, &velocities);
+  Points positions = fit->positions;
+  Settle(mesh, material, fit->regions, motions, newton_steps, solver, &positions);
   const Points change =
       features.Positions(positions, mesh.tets) - features.Positions(fit->positions, mesh.tets);
   fit->sensitivities.col(column) =
@@ -211,7 +212,6 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
                  {-along, -s.minCoeff() - options.cap_share * length}};
   fit.motions.assign(2, Eigen::Isometry3d::Identity());
   fit.positions = mesh.rest;
-  fit.velocities = Points::Zero(mesh.VertexCount(), 3);
   solver->Reset(mesh, material);
   fit.sensitivities.resize(3 * bound.rest.rows(), 12);
   for (int column = 0; column < 12; ++column)
@@ -235,7 +235,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   };
   if (!fit->settled)
     settled(Settle(mesh, material, fit->regions, fit->motions, options.newton_steps, solver,
-                   &fit->positions, &fit->velocities));
+                   &fit->positions));
   // A column is measured from the equilibrium; a cut has changed them all.
   const int renewed = options.renewed_columns + (fit->stale_columns > 0 ? options.after_cut : 0);
   for (int i = 0; i < renewed; ++i)
@@ -266,14 +266,13 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     std::vector<Eigen::Isometry3d> motions = fit->motions;
     for (std::size_t g = 0; g < motions.size(); ++g)
       motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
-    Points positions = fit->positions, velocities = fit->velocities;
-    const SolveReport report = Settle(mesh, material, fit->regions, motions, options.newton_steps,
-                                      solver, &positions, &velocities);
+    Points positions = fit->positions;
+    const SolveReport report =
+        Settle(mesh, material, fit->regions, motions, options.newton_steps, solver, &positions);
     const Misfit then = MisfitOf(sights, positions, mesh, options, approach);
     if (then.cost < now.cost) {
       fit->motions = motions;
       fit->positions = positions;
-      fit->velocities = velocities;
       now = then;
       settled(report);
       fit->lambda = std::max(1e-4, 0.3 * fit->lambda);

@@ -23,7 +23,6 @@ struct GripFit {
   std::vector<GripRegion> regions;         ///< at rest; none: not begun
   std::vector<Eigen::Isometry3d> motions;  ///< of each, from rest
   Points positions;                        ///< N×3, the organ under them, mm
-  Points velocities;                       ///< N×3, the solver's, unused
   Eigen::MatrixXd sensitivities;           ///< 3F×6G, of the features' positions
   bool settled = false;                    ///< `positions` are the equilibrium
   int stale_columns = 0;                   ///< sensitivities from before a cut

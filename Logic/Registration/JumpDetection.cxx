@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Registration/CutDetection.h"
+#include "Registration/CutLine.h"
 #include "Registration/CutLineFit.h"
 #include "Registration/ModelUpdate.h"
 
@@ -53,16 +54,6 @@ double EndOf(const FittedLine& line, int sign, double spacing, const LateralFram
   for (double d = 0.0; d <= reach; d += 0.5)
     if (!frame.OnOrgan(line.At(last + sign * d))) return last + sign * (d + kOver_mm);
   return last + sign * (sign > 0 ? line.end_tip_mm : line.begin_tip_mm);
-}
-
-double DistanceToLine(const Points& line, const Vec3& p) {
-  double best = 1e30;
-  for (Index i = 0; i + 1 < line.rows(); ++i) {
-    const Vec3 a = line.row(i).transpose(), ab = line.row(i + 1).transpose() - a;
-    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
-    best = std::min(best, (a + t * ab - p).norm());
-  }
-  return best;
 }
 
 /// Points of the fitted line from t0 to t1 (either direction), on the organ where they are over it.

@@ -33,7 +33,6 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   if (engine.grips && state->grips.positions.rows() > 0) {
     engine.grips->Apply(change);
     state->grips.positions = change.MapVertexField(state->grips.positions);
-    state->grips.velocities = change.MapVertexField(state->grips.velocities);
     state->grips.settled = false;
     state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
   }
@@ -122,7 +121,6 @@ void Adopt(CutModel model, const MethodOptions& options, Engine& engine, Registr
   if (engine.grips) {
     engine.grips->Reset(state->mesh, options.material);
     state->grips.positions = std::move(model.grip_positions);
-    state->grips.velocities = Points::Zero(state->mesh.VertexCount(), 3);
     state->grips.settled = false;
     state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
   }
