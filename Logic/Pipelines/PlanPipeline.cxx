@@ -1,19 +1,14 @@
 #include "Pipelines/PlanPipeline.h"
 
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkUnstructuredGrid.h>
-
 #include <algorithm>
 #include <filesystem>
 
 #include "Adapters/Itk/Segmentation.h"
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
-#include "Adapters/Vtk/Conversions.h"
+#include "Adapters/Vtk/LabelMesh.h"
 #include "Adapters/Vtk/LabelSurface.h"
 #include "Adapters/Vtk/MeshFiles.h"
-#include "Adapters/Vtk/vtkKerfLabelMapToTetraGrid.h"
 #include "CaseIO/CaseFolder.h"
 #include "CaseIO/ResultsFiles.h"
 #include "CaseIO/StudyFolder.h"
@@ -28,20 +23,6 @@ class WithoutWarnings : public SubProgress {
   using SubProgress::SubProgress;
   void Warn(const std::string&) override {}
 };
-
-TetMesh MeshThroughFilter(const LabelMap& labels, const MeshingOptions& options, Progress& progress,
-                          MeshingReport* report) {
-  vtkNew<vtkKerfLabelMapToTetraGrid> mesher;
-  mesher->SetInputData(ToVtk(labels));
-  mesher->SetTetrahedra(options.tetrahedra);
-  mesher->SetMinimumDihedral(options.min_dihedral_deg);
-  mesher->SetSourceName(labels.source.c_str());
-  mesher->SetProgressSink(&progress);
-  mesher->Update();
-  mesher->RethrowError();
-  *report = mesher->GetReport();
-  return TetMeshFromVtk(mesher->GetOutput(), labels.source);
-}
 
 /// Surface of one label within the organ, bound to the mesh.
 void AddStructure(const LabelMap& labels, const std::vector<std::uint8_t>& organ, Label label,
@@ -81,7 +62,7 @@ PlannedCase PlanFromLabels(const LabelMap& labels, const MeshingOptions& options
   planned.labels = labels;
   WarnOfUnknownLabels(labels, progress);
   SubProgress meshing(progress, 0.0, 0.8);
-  planned.mesh = MeshThroughFilter(labels, options, meshing, &planned.report);
+  planned.mesh = MeshByFilter(labels, options, meshing, &planned.report);
   planned.organ_surface = BoundarySurface(planned.mesh, planned.mesh.rest);
   progress.Report(0.8, "surfaces of the inner structures");
   WithoutWarnings again(progress, 0.8, 0.9);

@@ -1,11 +1,5 @@
 #include "Pipelines/TruthFiles.h"
 
-#include <vtkDataArray.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
-#include <vtkXMLPolyDataReader.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -27,20 +21,6 @@ namespace {
 
 std::string In(const std::string& folder, const std::string& name) {
   return (fs::path(folder) / name).string();
-}
-
-/// One-component point array of a .vtp as integers.
-std::vector<Index> PointArray(const std::string& path, const char* name, Index expected) {
-  auto reader = vtkSmartPointer<vtkXMLPolyDataReader>::New();
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  vtkDataArray* array = reader->GetOutput()->GetPointData()->GetArray(name);
-  if (!array) throw InputError(path, std::string("point array ") + name, "is missing");
-  if (array->GetNumberOfTuples() != expected || array->GetNumberOfComponents() != 1)
-    throw InputError(path, std::string("point array ") + name, "does not fit the points");
-  std::vector<Index> values(expected);
-  for (Index i = 0; i < expected; ++i) values[i] = static_cast<Index>(array->GetTuple1(i));
-  return values;
 }
 
 double RequiredNumber(const nlohmann::json& object, const char* key, const std::string& file,
@@ -106,7 +86,7 @@ TrueTracks ReadTrueTracks(const std::string& tracks_file, const std::string& res
 /// The rest surface without the faces of cuts: those are inside until they open.
 SurfaceMesh ReadRestOuter(const std::string& path) {
   SurfaceMesh surface = ReadSurfaceFile(path).surface;
-  const auto cut = PointArray(path, "cut", static_cast<Index>(surface.points.rows()));
+  const auto cut = ReadPointArray(path, "cut", static_cast<Index>(surface.points.rows()));
   Triangles kept(surface.triangles.rows(), 3);
   Index count = 0;
   for (Index t = 0; t < surface.triangles.rows(); ++t) {
@@ -166,7 +146,7 @@ SurfaceMesh ReadFrameStructure(const std::string& path) {
 Points TruePositionsAt(const Truth& truth, int frame, const Points& rest) {
   const std::string path = FindFrameMesh(truth.folder, frame, "organ");
   const SurfaceMesh current = ReadSurfaceFile(path).surface;
-  const auto pid = PointArray(path, "pid", static_cast<Index>(current.points.rows()));
+  const auto pid = ReadPointArray(path, "pid", static_cast<Index>(current.points.rows()));
   Points full =
       Points::Constant(truth.rest_outer.points.rows(), 3, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < pid.size(); ++i) {

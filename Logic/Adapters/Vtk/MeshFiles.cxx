@@ -235,6 +235,20 @@ SurfaceFile ReadSurfaceFile(const std::string& path) {
 
 SurfaceMesh ReadSurface(const std::string& path) { return ReadSurfaceFile(path).surface; }
 
+std::vector<Index> ReadPointArray(const std::string& path, const std::string& name,
+                                  Index expected) {
+  RequireExists(path);
+  RequireXml(path, "PolyData");
+  const auto data = RunReader<vtkXMLPolyDataReader, vtkPolyData>(path);
+  vtkDataArray* array = data->GetPointData()->GetArray(name.c_str());
+  if (!array) throw InputError(path, "point array " + name, "is missing");
+  if (array->GetNumberOfTuples() != expected || array->GetNumberOfComponents() != 1)
+    throw InputError(path, "point array " + name, "does not fit the points");
+  std::vector<Index> values(expected);
+  for (Index i = 0; i < expected; ++i) values[i] = static_cast<Index>(array->GetTuple1(i));
+  return values;
+}
+
 void WriteSurface(const SurfaceMesh& surface, const std::string& path, Space space,
                   const Points* rest_position) {
   const std::string extension = FileExtension(path);

@@ -46,6 +46,10 @@ struct SurfaceArray {
 void WriteSurfaceWithArrays(const SurfaceMesh& surface, const std::string& path, Space space,
                             const std::vector<SurfaceArray>& arrays);
 
+/// A whole-numbered point array of a .vtp, one value per point, in the order of the file's points.
+/// @throws InputError also when it is missing or has not `expected` values
+std::vector<Index> ReadPointArray(const std::string& path, const std::string& name, Index expected);
+
 /// .vtu. @param positions current points, may be null
 TetMesh ReadTetMesh(const std::string& path, Points* positions = nullptr);
 /// .vtu .vtk with point array rest_position_mm and cell array region.

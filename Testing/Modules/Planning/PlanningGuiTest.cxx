@@ -4,6 +4,7 @@
 #include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
+#include <QDir>
 #include <QDoubleSpinBox>
 #include <QElapsedTimer>
 #include <QFile>
@@ -46,7 +47,7 @@ int PaintAndBeKilled(const QString& folder, const QString& ct) {
   gui.Idle();
   Paint(gui);
   const double painted = gui.Volume_ml(0);
-  const QString autosave = folder + "/work/planning/autosave.kerfwork";
+  const QString autosave = QDir(folder).filePath("work/planning/autosave.kerfwork");
   if (!QTest::qWaitFor([&] { return QFile::exists(autosave); }, 20000)) return 1;
   std::printf("%.1f\n", painted);
   std::fflush(stdout);
@@ -271,7 +272,7 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY(gui_->Idle());
   QVERIFY2(gui_->State(5) == kDone, qPrintable(gui_->Message()));
   QCOMPARE(gui_->Window()->Host()->CurrentCase(), Path("case"));
-  QTRY_VERIFY(!QFile::exists(Path("run/work/planning/autosave.kerfwork")));
+  QTRY_VERIFY(!QFile::exists(QDir(Path("run")).filePath("work/planning/autosave.kerfwork")));
 
   // The files, checked against their hashes, as replay opens them.
   const kerf::CaseFolder opened = kerf::CaseFolder::Open(Path("case").toStdString());
