@@ -12,6 +12,31 @@ constexpr double kOnSurface_mm =
 
 }  // namespace
 
+Points LedOn(const Points& line, bool at_end, const Vec3& tip) {
+  const Index n = static_cast<Index>(line.rows());
+  Points longer(n + 1, 3);
+  longer.middleRows(at_end ? 0 : 1, n) = line;
+  longer.row(at_end ? n : 0) = tip.transpose();
+  return longer;
+}
+
+Points Shortened(const Points& line, bool at_end, double by_mm) {
+  const Index n = static_cast<Index>(line.rows());
+  for (Index cut_off = 1; cut_off < n; ++cut_off) {
+    const Index end = at_end ? n - cut_off : cut_off - 1, next = at_end ? end - 1 : end + 1;
+    const double length = (line.row(end) - line.row(next)).norm();
+    if (length <= by_mm) {
+      by_mm -= length;
+      continue;
+    }
+    Points shorter =
+        at_end ? Points(line.topRows(n - cut_off + 1)) : Points(line.bottomRows(n - cut_off + 1));
+    shorter.row(at_end ? n - cut_off : 0) += by_mm / length * (line.row(next) - line.row(end));
+    return shorter;
+  }
+  return Points(0, 3);
+}
+
 double DistanceToLine(const Points& line, const Vec3& p) {
   double best = 1e30;
   for (Index i = 0; i + 1 < line.rows(); ++i) {

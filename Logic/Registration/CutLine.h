@@ -16,6 +16,12 @@ namespace kerf {
 Points LineOnSurface(const CutPolyline& line, const Vec3& direction,
                      const SurfaceTree& rest_surface, double step_mm = 1.0);
 
+/// `line` led on to `tip` from its last point (or its first).
+Points LedOn(const Points& line, bool at_end, const Vec3& tip);
+
+/// `line` without its last (or first) `by_mm`. @return no rows when it is not longer than that
+Points Shortened(const Points& line, bool at_end, double by_mm);
+
 /// Distance of `p` from a line of points, mm; 1e30 for fewer than two points.
 double DistanceToLine(const Points& line, const Vec3& p);
 

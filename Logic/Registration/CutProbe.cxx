@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Registration/CutDetection.h"
+#include "Registration/CutLine.h"
 #include "Registration/ModelUpdate.h"
 
 namespace kerf {
@@ -11,9 +12,10 @@ namespace {
 
 constexpr double kFar_mm = 1000.0;
 
-/// `cut`, longer by `by_mm` at its last point (or its first), in the direction it had there.
-std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
-                               const RegistrationState& state) {
+/// Where the line of `cut` leads, `by_mm` on from its last point (or its first). @return none where
+/// it ends over the rim already
+std::optional<Vec3> NextTip(const ModelCut& cut, bool at_end, double by_mm,
+                            const RegistrationState& state) {
   const Index n = static_cast<Index>(cut.line.points.rows());
   if (n < 2) return std::nullopt;
   const Vec3 tip = cut.line.points.row(at_end ? n - 1 : 0).transpose();
@@ -22,19 +24,9 @@ std::optional<ModelCut> Longer(const ModelCut& cut, bool at_end, double by_mm,
   for (Index i = 1; i < n && (tip - from).norm() < 4.0; ++i)
     from = cut.line.points.row(at_end ? n - 1 - i : i).transpose();
   if ((tip - from).norm() < 1e-6) return std::nullopt;
-  const Vec3 next = tip + by_mm * (tip - from).normalized();
   const Vec3 into = cut.direction.normalized();
   if (!state.uncut->FirstHit({tip - kFar_mm * into, into})) return std::nullopt;  // over the rim
-  ModelCut grown = cut;
-  grown.line.points.conservativeResize(n + 1, 3);
-  if (at_end) {
-    grown.line.points.row(n) = next.transpose();
-  } else {
-    for (Index i = n; i > 0; --i) grown.line.points.row(i) = cut.line.points.row(i - 1);
-    grown.line.points.row(0) = next.transpose();
-  }
-  grown.surface = ExtrudeCut(grown.line, grown.direction, grown.depth_mm);
-  return grown;
+  return tip + by_mm * (tip - from).normalized();
 }
 
 /// `cut` with S turned about its line. @param limited its depth is given
@@ -61,97 +53,164 @@ class Comparison {
  public:
   Comparison(const std::vector<char>& usable, const CameraModel& camera,
              const MethodOptions& options, const CutProbeOptions& probe,
-             const RegistrationState& state)
-      : usable_(usable), camera_(camera), options_(options), state_(state) {
+             std::shared_ptr<const RegistrationState> state)
+      : usable_(usable), camera_(camera), options_(options), state_(std::move(state)) {
     fitting_.steps = probe.steps;
     fitting_.renewed_columns = fitting_.after_cut = 0;
     fitting_.newton_steps = 12;
     gain_ = probe.gain;
   }
-  /// Remembers the candidate if it is better than all before.
-  void Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
-           const BetterCut& candidate) {
+  /// Remembers the candidate if it is better than all before. @return whether it is
+  bool Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
+           BetterCut candidate) {
     if (needed_ < 0.0)
-      needed_ = (1.0 - gain_) * Cost(state_.mesh, state_.bound.embedding, state_.grips.positions);
-    const double cost = Cost(mesh, features, grip_positions);
-    if (cost >= needed_) return;
-    needed_ = cost;
-    best_ = candidate;
+      needed_ = (1.0 - gain_) * Fitted(state_->mesh, state_->bound.embedding,
+                                       state_->grips.positions, MakeKerfSolver().get())
+                                    .cost_mm2;
+    const double cost = Fitted(mesh, features, grip_positions, MakeKerfSolver().get()).cost_mm2;
+    if (cost >= needed_) return false;
+    needed_ = (1.0 - gain_) * cost;
+    best_ = std::move(candidate);
+    return true;
   }
-  const std::optional<BetterCut>& Best() const { return best_; }
+  /// The best; with the model ready to go on from where it has to be cut anew.
+  std::optional<BetterCut> Take() {
+    if (!best_ || best_->by == BetterCut::By::Longer) return std::move(best_);
+    std::vector<ModelCut> cuts = state_->cuts;
+    cuts[best_->cut] = best_->instead;
+    const Points start = BentByGrips(state_->grips, state_->origin->mesh.rest);
+    auto model = CutAnew(cuts, options_, *state_, true, &start);
+    if (!model) return std::nullopt;
+    model->solvers = {MakeKerfSolver(), MakeKerfSolver()};
+    model->solvers.organ->Reset(model->mesh, options_.material);
+    fitting_.after_cut = static_cast<int>(state_->grips.sensitivities.cols());
+    best_->fitted =
+        Fitted(model->mesh, model->features, model->grip_positions, model->solvers.grips.get());
+    model->grip_positions = best_->fitted.positions;
+    best_->model = std::move(*model);
+    return std::move(best_);
+  }
 
  private:
-  double Cost(const TetMesh& mesh, const Embedding& features, const Points& grip_positions) const {
-    GripFit fit = state_.grips;
+  GripFit Fitted(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
+                 ElasticSolver* solver) const {
+    GripFit fit = state_->grips;
     fit.positions = grip_positions;
     fit.settled = false;
-    BoundFeatures bound = state_.bound;
+    fit.stale_columns = fitting_.after_cut;
+    BoundFeatures bound = state_->bound;
     bound.embedding = features;
-    const auto solver = MakeKerfSolver();
     solver->Reset(mesh, options_.material);
-    UpdateGrips(mesh, options_.material, bound, state_.features.pixels, usable_, camera_, fitting_,
-                solver.get(), &fit);
-    return fit.cost_mm2;
+    UpdateGrips(mesh, options_.material, bound, state_->features.pixels, usable_, camera_, fitting_,
+                solver, &fit);
+    return fit;
   }
   const std::vector<char>& usable_;
   const CameraModel& camera_;
   const MethodOptions& options_;
-  const RegistrationState& state_;
+  std::shared_ptr<const RegistrationState> state_;
   GripFitOptions fitting_;
   double gain_ = 0.0, needed_ = -1.0;  // the cost to undercut; not known yet
   std::optional<BetterCut> best_;
 };
 
+/// Which cuts may be probed: in the model, and not a surgeon's.
+bool Open(const ModelCut& cut) { return cut.in_model && !cut.drawn; }
+
 }  // namespace
+
+bool WorthProbing(const MethodOptions& options, const CutProbeOptions& probe,
+                  const RegistrationState& state) {
+  return !options.hold_cuts && !state.grips.regions.empty() &&
+         state.grips.residual_mm >= probe.unexplained_mm &&
+         state.grips.residual_mm <= probe.hopeless_mm &&
+         state.grips.strain2 <= probe.nonlinear_strain2 &&
+         std::any_of(state.cuts.begin(), state.cuts.end(), Open);
+}
 
 std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
                                    const MethodOptions& options, const CutProbeOptions& probe,
-                                   const TetCutter& cutter, const RegistrationState& state) {
-  const bool direction = state.probing.turn, ends = !direction;
-  const auto open = [](const ModelCut& c) { return c.in_model && !c.drawn; };
-  const bool any = std::any_of(state.cuts.begin(), state.cuts.end(), open);
-  if (options.hold_cuts || state.grips.regions.empty() ||
-      state.grips.residual_mm < probe.unexplained_mm ||
-      state.grips.residual_mm > probe.hopeless_mm ||
-      state.grips.strain2 > probe.nonlinear_strain2 || !any ||
-      !(ends || (direction && !options.extrusion)))
-    return std::nullopt;
+                                   const TetCutter& cutter,
+                                   std::shared_ptr<const RegistrationState> state,
+                                   const std::atomic<bool>* given_up) {
   Comparison comparison(usable, camera, options, probe, state);
-  Points start;
-  if (direction) start = BentByGrips(state.grips, state.origin->mesh.rest);
-  for (std::size_t c = 0; c < state.cuts.size(); ++c) {
-    const ModelCut& cut = state.cuts[c];
-    if (!open(cut)) continue;
-    for (int sign : {-1, 1}) {
-      BetterCut candidate{static_cast<int>(c), {}, direction};
-      if (ends) {
-        const auto longer = Longer(cut, sign > 0, probe.step_mm, state);
-        if (!longer) continue;
-        candidate.instead = *longer;
-        TetCutter knife = cutter;
-        const TopologyChange change =
-            knife.Cut(state.mesh, longer->surface, nullptr, &state.positions);
-        if (!change.changed) continue;
-        comparison.Try(change.mesh, change.MapEmbedding(state.bound.embedding, state.mesh),
-                       change.MapVertexField(state.grips.positions), candidate);
-      } else {
-        // A direction that cannot be remeshed well has neighbours that can.
-        for (double share : {1.0, 0.75, 1.25}) {
-          const auto turned = Turned(cut, sign * share * probe.step_deg,
-                                     options.cut_depth_mm.has_value(), state, camera, probe);
-          if (!turned) continue;
-          candidate.instead = *turned;
-          std::vector<ModelCut> cuts = state.cuts;
-          cuts[c] = *turned;
-          const auto model = CutAnew(cuts, options, state, false, &start);
-          if (!model) continue;
-          comparison.Try(model->mesh, model->features, model->grip_positions, candidate);
-          break;
-        }
+  using By = BetterCut::By;
+  const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
+  const auto go_on = [&] { return !given_up || !*given_up; };
+  const auto instead_of = [&](int c, const ModelCut& instead, By by, bool at_end) {
+    BetterCut candidate;
+    candidate.cut = c;
+    candidate.then = state;
+    candidate.instead = instead;
+    candidate.by = by;
+    candidate.at_end = at_end;
+    return candidate;
+  };
+  enum class Tried { Better, Worse, Impossible };
+  const auto try_anew = [&](BetterCut candidate) {
+    std::vector<ModelCut> cuts = state->cuts;
+    cuts[candidate.cut] = candidate.instead;
+    const auto model = CutAnew(cuts, options, *state, false, &start);
+    if (!model) return Tried::Impossible;
+    return comparison.Try(model->mesh, model->features, model->grip_positions, std::move(candidate))
+               ? Tried::Better
+               : Tried::Worse;
+  };
+  /// @return the number of steps that helped
+  const auto lengthen = [&](int c, bool at_end) {
+    ModelCut longer = state->cuts[c];
+    for (int step = 0; step < probe.most_steps && go_on(); ++step) {
+      const auto tip = NextTip(longer, at_end, probe.step_mm, *state);
+      if (!tip) return step;
+      longer.line.points = LedOn(longer.line.points, at_end, *tip);
+      longer.surface = ExtrudeCut(longer.line, longer.direction, longer.depth_mm);
+      TetCutter knife = cutter;
+      const TopologyChange change =
+          knife.Cut(state->mesh, longer.surface, nullptr, &state->positions);
+      if (!change.changed ||
+          !comparison.Try(change.mesh, change.MapEmbedding(state->bound.embedding, state->mesh),
+                          change.MapVertexField(state->grips.positions),
+                          instead_of(c, longer, By::Longer, at_end)))
+        return step;
+    }
+    return probe.most_steps;
+  };
+  const auto shorten = [&](int c, bool at_end) {
+    ModelCut shorter = state->cuts[c];
+    if (!NextTip(shorter, at_end, 0.0, *state)) return;
+    for (int step = 0; step < probe.most_steps && go_on(); ++step) {
+      const double by_mm = (step + 1) * probe.step_mm;
+      shorter.line.points = Shortened(state->cuts[c].line.points, at_end, by_mm);
+      if (shorter.line.points.rows() < 2) return;
+      shorter.surface = ExtrudeCut(shorter.line, shorter.direction, shorter.depth_mm);
+      BetterCut candidate = instead_of(c, shorter, By::Shorter, at_end);
+      candidate.by_mm = by_mm;
+      if (try_anew(std::move(candidate)) != Tried::Better) return;
+    }
+  };
+  const auto turn = [&](int c, int sign) {
+    for (int step = 1; step <= probe.most_steps && go_on(); ++step) {
+      Tried tried = Tried::Impossible;
+      // A direction that cannot be remeshed well has neighbours that can.
+      for (double share : {1.0, 0.9, 1.1}) {
+        const auto turned = Turned(state->cuts[c], share * sign * step * probe.step_deg,
+                                   options.cut_depth_mm.has_value(), *state, camera, probe);
+        if (turned) tried = try_anew(instead_of(c, *turned, By::Turned, false));
+        if (tried != Tried::Impossible) break;
       }
+      if (tried != Tried::Better) return;
+    }
+  };
+  for (int c = 0; c < static_cast<int>(state->cuts.size()); ++c) {
+    if (!Open(state->cuts[c])) continue;
+    if (state->probing.turn) {
+      for (int sign : {-1, 1}) turn(c, sign);
+    } else {
+      for (bool at_end : {false, true})
+        if (lengthen(c, at_end) == 0) shorten(c, at_end);
     }
   }
-  return comparison.Best();
+  return go_on() ? comparison.Take() : std::nullopt;
 }
 
 }  // namespace kerf

@@ -1,37 +1,52 @@
 #pragma once
 
+#include <atomic>
+#include <memory>
 #include <optional>
+#include <vector>
 
-#include "Registration/Step.h"
+#include "Registration/ModelUpdate.h"
 
 namespace kerf {
 
 struct CutProbeOptions {
-  int pause_frames = 3;             ///< between two probes; ends and direction take turns
-  int longest_pause_frames = 6;     ///< each probe in vain doubles the pause, up to this
-  double step_mm = 2.5;             ///< how much longer a cut is tried
-  double step_deg = 8.0;            ///< how much its S is tried turned about the line
+  double step_mm = 2.5;             ///< how much longer a cut is tried, and again while it helps
+  int most_steps = 4;               ///< as often at most
+  double step_deg = 8.0;            ///< how much its S is tried turned, and again while it helps
   double steepest_deg = 32.0;       ///< from the line of sight
   double unexplained_mm = 0.4;      ///< residual of the grips below which nothing is tried
   double hopeless_mm = 2.5;         ///< nor above
   double nonlinear_strain2 = 0.25;  ///< nor where the law is not believed
-  double gain = 0.04;               ///< of the cost that another cut has to save
+  double gain = 0.04;               ///< of the cost that another cut, and each step on, has to save
   int steps = 4;                    ///< of the fit, for either side of the comparison
 };
 
 /// A cut that lets the organ under its grips follow the tracks better.
 struct BetterCut {
   int cut = 0;
+  std::shared_ptr<const RegistrationState> then;  ///< what it is better than
   ModelCut instead;
-  bool turned = false;  ///< S has another direction: the model has to be cut anew (CutAnew)
+  enum class By { Longer, Shorter, Turned } by = By::Longer;
+  bool at_end = false;  ///< longer or shorter: at the last point of its line, or at the first
+  double by_mm = 0.0;   ///< shorter by
+  CutModel model;       ///< shorter or turned: cut anew along it and all others, solvers included
+  GripFit fitted;       ///< and the grips under it
 };
 
-/// The residual of the grips tells a cut that is too short, or leads into the depth in a wrong
-/// direction, from the right one (Registration/GripFit.h). Tries on copies: longer at each end that
-/// lies inside the organ; or turned about its line either way (state.probing says
-/// which). Cuts that a surgeon drew or decides about are left alone.
+/// Whether the residual of the grips says that a cut may be wrong, and a cut is there that neither
+/// a surgeon drew nor decides about.
+bool WorthProbing(const MethodOptions& options, const CutProbeOptions& probe,
+                  const RegistrationState& state);
+
+/// The residual of the grips tells a cut that is too short or too long, or leads into the depth in
+/// a wrong direction, from the right one (Registration/GripFit.h). Tries on copies: longer or
+/// shorter at each end that lies inside the organ; or turned about its line either way
+/// (state.probing says which). @return the best, if it is better enough. @param given_up looked at
+/// between two trials
 std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
                                    const MethodOptions& options, const CutProbeOptions& probe,
-                                   const TetCutter& cutter, const RegistrationState& state);
+                                   const TetCutter& cutter,
+                                   std::shared_ptr<const RegistrationState> state,
+                                   const std::atomic<bool>* given_up = nullptr);
 
 }  // namespace kerf

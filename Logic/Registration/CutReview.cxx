@@ -29,6 +29,7 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   const Embedding at = EmbedPoints(state->mesh, restored.mesh.rest);
   restored.positions = at.Positions(state->positions, state->mesh.tets);
   restored.velocities.setZero();
+  restored.probing = {};
   Untangle(restored.mesh, &restored.positions);
   if (state->grips.positions.rows() == state->mesh.VertexCount()) {
     restored.grips = state->grips;
@@ -39,8 +40,8 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   }
   *state = std::move(restored);
   engine.cutter = TetCutter();
-  engine.solver.Reset(state->mesh, options.material);
-  if (engine.grips) engine.grips->Reset(state->mesh, options.material);
+  engine.solvers.organ->Reset(state->mesh, options.material);
+  if (engine.solvers.grips) engine.solvers.grips->Reset(state->mesh, options.material);
 }
 
 void RefuseEvidence(const Points& line, RegistrationState* state) {

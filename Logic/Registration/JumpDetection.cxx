@@ -78,7 +78,7 @@ Points ToRows(const std::vector<Vec3>& points) {
 
 /// Grows a committed line at its ends to where the fitted line reaches; what is committed stays.
 bool Grow(const FittedLine& line, double begin, double end, double depth, const LateralFrame& frame,
-          CutPolyline* committed) {
+          const std::array<double, 2>& too_far_mm, CutPolyline* committed) {
   if (committed->points.rows() == 0) {
     committed->points = ToRows(Trace(line, begin, end, depth, frame));
     return true;
@@ -92,6 +92,8 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
   std::vector<Vec3> points;
   for (Index i = 0; i <= last; ++i) points.push_back(committed->points.row(i).transpose());
   if (!forward) std::reverse(points.begin(), points.end());
+  begin += too_far_mm[forward ? 0 : 1];
+  end -= too_far_mm[forward ? 1 : 0];
   const double t_begin = t_of(forward ? 0 : last), t_end = t_of(forward ? last : 0);
   bool grew = false;
   if (end > t_end + kStep_mm) {
@@ -138,7 +140,8 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     const double begin = EndOf(line, -1, t.spacing_mm, frame);
     const double end = EndOf(line, +1, t.spacing_mm, frame);
     ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
-    if (!Grow(line, begin, end, frame.Depth(*center), frame, &grown.line)) continue;
+    if (!Grow(line, begin, end, frame.Depth(*center), frame, grown.too_far_mm, &grown.line))
+      continue;
     double excess = 0.0;
     for (Index i : group) excess += parting[i].excess_mm;
     grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-excess / 3.0));

@@ -27,11 +27,11 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   if (!change.changed) return report;
   for (ModelCut& known : state->cuts)
     if (&known == &cut) known.in_model = true;
-  engine.solver.Apply(change);
+  engine.solvers.organ->Apply(change);
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
-  if (engine.grips && state->grips.positions.rows() > 0) {
-    engine.grips->Apply(change);
+  if (engine.solvers.grips && state->grips.positions.rows() > 0) {
+    engine.solvers.grips->Apply(change);
     state->grips.positions = change.MapVertexField(state->grips.positions);
     state->grips.settled = false;
     state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
@@ -117,9 +117,13 @@ void Adopt(CutModel model, const MethodOptions& options, Engine& engine, Registr
   state->structures = std::move(model.structures);
   state->boundary = MakeBoundaryTopology(state->mesh, state->blind_outline);
   engine.cutter = std::move(model.cutter);
-  engine.solver.Reset(state->mesh, options.material);
-  if (engine.grips) {
-    engine.grips->Reset(state->mesh, options.material);
+  const bool prepared = model.solvers.organ && model.solvers.grips;
+  if (prepared)
+    engine.solvers = std::move(model.solvers);
+  else
+    engine.solvers.organ->Reset(state->mesh, options.material);
+  if (engine.solvers.grips) {
+    if (!prepared) engine.solvers.grips->Reset(state->mesh, options.material);
     state->grips.positions = std::move(model.grip_positions);
     state->grips.settled = false;
     state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());

@@ -23,6 +23,7 @@ struct CutModel {
   Embedding features;
   std::vector<Structure> structures;
   TetCutter cutter;
+  Solvers solvers;  ///< set up with it; none: Adopt starts them afresh
 };
 /// @param structures false: they are left out. @param start where the uncut mesh's vertices begin,
 /// instead of the state's positions. @return none when a cut is refused

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -23,12 +24,13 @@ struct ModelCut {
   Vec3 direction = Vec3::UnitZ();  ///< of the extrusion, unit, into the tissue
   Vec3 view = Vec3::UnitZ();       ///< along which the line is seen on the organ, unit
   int detected_frame = -1;
-  double depth_mm = 0.0;    ///< reach of S below the surface
-  double confidence = 0.0;  ///< 0..1
-  bool held = false;        ///< proposed only: S is known, the model is not cut yet
-  bool rejected = false;    ///< by a surgeon: line and S are empty, the number stays taken
-  bool in_model = false;    ///< the model has been cut along it (not held, not refused)
-  bool drawn = false;       ///< by a surgeon's hand
+  double depth_mm = 0.0;               ///< reach of S below the surface
+  double confidence = 0.0;             ///< 0..1
+  std::array<double, 2> too_far_mm{};  ///< by this the evidence overshoots its first and last end
+  bool held = false;                   ///< proposed only: S is known, the model is not cut yet
+  bool rejected = false;  ///< by a surgeon: line and S are empty, the number stays taken
+  bool in_model = false;  ///< the model has been cut along it (not held, not refused)
+  bool drawn = false;     ///< by a surgeon's hand
 };
 
 /// The model before any cut.
@@ -38,11 +40,12 @@ struct UncutModel {
   std::vector<Structure> structures;
 };
 
-/// When cuts are probed next (Registration/CutProbe.h).
+/// When better cuts are searched for (Registration/CutSearch.h).
 struct CutProbing {
-  int next_frame = 0;
-  int pause_frames = 0;  ///< 0: the shortest
-  bool turn = false;     ///< the next one tries directions, not ends
+  int next_frame = 0;    ///< the next search begins then, at the earliest
+  int pause_frames = 0;  ///< after a search in vain
+  int due_frame = -1;    ///< what the running search found is taken over then; −1: none runs
+  bool turn = false;     ///< it tries directions, not ends
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "Registration/CutDetection.h"
-#include "Registration/CutProbe.h"
+#include "Registration/CutSearch.h"
 #include "Registration/JumpDetection.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
@@ -11,6 +11,9 @@
 
 namespace kerf {
 namespace {
+
+constexpr int kSearchFrames = 8;         // a third of a second; searches take as long
+constexpr int kLongestPause_frames = 8;  // between searches in vain
 
 void Begin(const Engine& engine, Stage stage) {
   if (engine.observer) engine.observer->Begin(stage);
@@ -128,40 +131,35 @@ std::vector<CutEvent> Detect(const Points& current, const Points& targets,
   return DetectCut(divergence, camera, options, state);
 }
 
-/// Cuts as the grips say they are: longer, or turned.
+/// Cuts as the grips say they are: longer, or turned. The search runs beside the frames.
 void Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
             StepReport* report) {
   CutProbing& probing = state->probing;
-  if (state->frame < probing.next_frame) return;
-  const CutProbeOptions waits;
-  const auto better = ProbeCuts(usable, camera, options, waits, engine.cutter, *state);
-  probing.pause_frames =
-      better ? waits.pause_frames
-             : std::clamp(2 * probing.pause_frames, waits.pause_frames, waits.longest_pause_frames);
-  probing.next_frame = state->frame + probing.pause_frames;
-  probing.turn = !probing.turn;
-  if (!better) return;
-  CutEvent event;
-  event.cut = better->cut;
-  event.point = better->instead.line.points.row(0).transpose();
-  state->cuts[better->cut] = better->instead;
-  if (better->turned) {
-    const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
-    if (auto model = CutAnew(state->cuts, options, *state, true, &start)) {
-      Adopt(std::move(*model), options, engine, state);
-      GripFitOptions fitting;
-      fitting.steps = waits.steps;
-      fitting.newton_steps = 12;
-      UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
-                  camera, fitting, engine.grips, &state->grips);
-      state->positions = state->grips.positions;
-      event.report.done = true;
+  if (probing.due_frame < 0) {
+    if (!report->cuts.empty()) {  // what grew is probed soon
+      probing = {state->frame + 1};
+      return;
     }
-  } else {
-    event.report = ApplyCut(better->instead, options, engine, state);
+    if (state->frame < probing.next_frame) return;
+    if (engine.search->Begin(usable, camera, options, engine.cutter, *state))
+      probing.due_frame = state->frame + kSearchFrames;
+    return;
   }
-  report->cuts.push_back(event);
+  if (state->frame < probing.due_frame) return;
+  probing.due_frame = -1;
+  if (engine.observer) engine.observer->Wait();
+  auto better = engine.search->Finish();
+  Begin(engine, Stage::Solve);
+  if (better) {
+    CutEvent event = TakeOver(std::move(*better), options, engine, state);
+    if (event.report.done) report->cuts.push_back(event);
+    probing.pause_frames = 0;
+  } else if (probing.turn) {
+    probing.pause_frames = std::min(2 * probing.pause_frames + 1, kLongestPause_frames);
+  }
+  probing.turn = !probing.turn && !options.extrusion;  // a given direction stays
+  probing.next_frame = state->frame + (probing.turn ? 0 : probing.pause_frames);
 }
 
 }  // namespace
@@ -197,9 +195,10 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
     state.blind_outline = BlindOutline(seen, state.mesh, camera);
     state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
   }
-  engine.solver.Reset(state.mesh, options.material);
-  if (options.grips && engine.grips)
-    state.grips = BeginGrips(state.mesh, state.bound, options.material, {}, engine.grips);
+  engine.solvers.organ->Reset(state.mesh, options.material);
+  if (options.grips && engine.solvers.grips)
+    state.grips =
+        BeginGrips(state.mesh, state.bound, options.material, {}, engine.solvers.grips.get());
   return state;
 }
 
@@ -224,13 +223,11 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       report.cuts.push_back(event);
     }
     Begin(engine, Stage::Solve);
-    if (state->grips.regions.size() > 0 && engine.grips)
+    if (!state->grips.regions.empty() && engine.solvers.grips) {
       UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
-                  camera, {}, engine.grips, &state->grips);
-    if (options.cutting && report.cuts.empty() && engine.grips)
-      Refine(usable, camera, options, engine, state, &report);
-    else if (!report.cuts.empty())
-      state->probing = {state->frame + 1, 0, false};  // what grew is probed soon
+                  camera, {}, engine.solvers.grips.get(), &state->grips);
+      if (options.cutting && engine.search) Refine(usable, camera, options, engine, state, &report);
+    }
     const Points gauged =
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
     Springs springs = FeatureSprings(*state, gauged, usable, camera, options);
@@ -242,9 +239,9 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       NoteOutline(seen, *state, &report);
       AddSilhouette(seen, camera, options, &springs);
     }
-    report.solve = engine.solver.Solve(springs, HeldByGrips(*state, options),
-                                       options.solve,  // [7] minimize Eq. (5)
-                                       &state->positions, &state->velocities);
+    report.solve = engine.solvers.organ->Solve(springs, HeldByGrips(*state, options),
+                                               options.solve,  // [7] minimize Eq. (5)
+                                               &state->positions, &state->velocities);
   }
   report.untangled = Untangle(state->mesh, &state->positions);
   engine.tracker.Predict(ProjectedFeatures(*state, camera));

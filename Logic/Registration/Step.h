@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,16 +22,26 @@ class StageObserver {
  public:
   virtual ~StageObserver() = default;
   virtual void Begin(Stage stage) = 0;
+  /// Until the next stage begins, the frame waits for work in the background.
+  virtual void Wait() = 0;
 };
+
+/// The solvers that follow one mesh.
+struct Solvers {
+  std::unique_ptr<ElasticSolver> organ;  ///< Eq. (5)
+  std::unique_ptr<ElasticSolver> grips;  ///< GripFit; none: depth is gauged at rest alone
+};
+
+class CutSearch;
 
 /// The parts that a registration runs on. They hold caches only (image pyramids, factorizations).
 struct Engine {
   FeatureTracker& tracker;
-  ElasticSolver& solver;
+  Solvers& solvers;
   TetCutter& cutter;
   StageObserver* observer = nullptr;
-  ElasticSolver* grips = nullptr;       ///< none: depth is gauged at rest alone
   OrganSegmenter* segmenter = nullptr;  ///< none: the silhouette takes no part
+  CutSearch* search = nullptr;          ///< none: cuts stay as they were found
 };
 
 /// A growth of a cut in this frame.

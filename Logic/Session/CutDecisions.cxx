@@ -13,6 +13,12 @@ ModelCut* RegistrationSession::Cut(int cut) {
   return &state_.cuts[cut];
 }
 
+/// A decision changes the cuts: what is being searched for is out of date.
+void RegistrationSession::DropSearch() {
+  search_.Drop();
+  state_.probing = {};
+}
+
 bool RegistrationSession::InModel(int cut) const {
   return std::any_of(applied_.begin(), applied_.end(),
                      [&](const Applied& a) { return a.cut == cut; });
@@ -80,6 +86,7 @@ CutReport RegistrationSession::AcceptCut(int cut) {
   report.reason = "no such proposal";
   ModelCut* proposal = Cut(cut);
   if (!proposal || !proposal->held) return report;
+  DropSearch();
   proposal->held = false;
   decisions_.push_back({Decision::Kind::Accepted, cut, {}, {}});
   return ApplyNow(cut);
@@ -105,6 +112,7 @@ bool RegistrationSession::Reject(int cut, Decision* decision) {
 
 bool RegistrationSession::RejectCut(int cut) {
   Decision decision;
+  DropSearch();
   if (!Reject(cut, &decision)) return false;
   decisions_.push_back(std::move(decision));
   return true;
@@ -113,6 +121,7 @@ bool RegistrationSession::RejectCut(int cut) {
 int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, double depth_mm,
                                  CutReport* report) {
   if (line.rows() < 2 || !line.allFinite() || !(direction.norm() > 1e-9)) return -1;
+  DropSearch();
   const Vec3 unit = direction.normalized();
   const double depth = depth_mm > 0 ? depth_mm : ThroughDepth_mm(state_.mesh, unit);
   state_.cuts.push_back(MakeDrawnCut(line, unit, depth, state_.frame));
@@ -125,6 +134,7 @@ int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, doub
 
 std::string RegistrationSession::Undo() {
   if (decisions_.empty()) return {};
+  DropSearch();
   const Decision last = std::move(decisions_.back());
   decisions_.pop_back();
   const std::string name = "cut " + std::to_string(last.cut + 1);

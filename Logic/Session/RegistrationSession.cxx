@@ -14,8 +14,8 @@ RegistrationSession::RegistrationSession(TetMesh mesh, std::vector<Structure> st
       options_(std::move(options)),
       tracker_(std::move(tracker)),
       segmenter_(std::move(segmenter)),
-      solver_(options_.method == Method::Reference ? MakeReferenceSolver() : MakeKerfSolver()),
-      grips_(options_.grips ? MakeKerfSolver() : nullptr),
+      solvers_{options_.method == Method::Reference ? MakeReferenceSolver() : MakeKerfSolver(),
+               options_.grips ? MakeKerfSolver() : nullptr},
       clock_(std::make_unique<StageClock>()) {
   options_.Validate();
 }
@@ -23,7 +23,7 @@ RegistrationSession::RegistrationSession(TetMesh mesh, std::vector<Structure> st
 RegistrationSession::~RegistrationSession() = default;
 
 Engine RegistrationSession::MakeEngine() {
-  return Engine{*tracker_, *solver_, cutter_, clock_.get(), grips_.get(), segmenter_.get()};
+  return Engine{*tracker_, solvers_, cutter_, clock_.get(), segmenter_.get(), &search_};
 }
 
 SessionFrame RegistrationSession::Process(const Frame& frame) {

@@ -6,6 +6,7 @@
 #include "Core/Camera.h"
 #include "Core/Frame.h"
 #include "Registration/CutReview.h"
+#include "Registration/CutSearch.h"
 #include "Registration/Reliability.h"
 #include "Registration/Step.h"
 
@@ -84,6 +85,7 @@ class RegistrationSession {
   void NoteCuts(const StepReport& step);
   CutReport ApplyNow(int cut);
   bool TakeOut(int cut);
+  void DropSearch();
   bool InModel(int cut) const;
   bool Reject(int cut, Decision* decision);
   ModelCut* Cut(int cut);
@@ -94,9 +96,9 @@ class RegistrationSession {
   MethodOptions options_;
   std::unique_ptr<FeatureTracker> tracker_;
   std::unique_ptr<OrganSegmenter> segmenter_;
-  std::unique_ptr<ElasticSolver> solver_;
-  std::unique_ptr<ElasticSolver> grips_;
+  Solvers solvers_;
   TetCutter cutter_;
+  CutSearch search_;
   std::unique_ptr<StageClock> clock_;
   RegistrationState state_;
   Index initially_tracked_ = 0;

@@ -18,6 +18,7 @@ class RegistrationSession::StageClock : public StageObserver {
     running_ = Column(stage);
     since_ = std::chrono::steady_clock::now();
   }
+  void Wait() override { Stop(); }
   StageTimes Finish() {
     Stop();
     return times_;

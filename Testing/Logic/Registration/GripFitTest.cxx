@@ -195,22 +195,32 @@ TEST(GripFit, TooFewFeaturesSayNothing) {
   EXPECT_EQ(model.state.grips.trust, 0.0);
 }
 
-CutProbeOptions Curious() {
-  CutProbeOptions probe;
-  probe.unexplained_mm = 0.0;
-  return probe;
+std::optional<BetterCut> Probed(const Model& model) {
+  return ProbeCuts(model.usable, Above(), {}, {}, model.cutter,
+                   std::make_shared<const RegistrationState>(model.state));
 }
 
 TEST(CutProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
   const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
   Model model(&shorter);
   model.Follow(Seen(Truth(&right, 1.0)));
-  const auto better = ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state);
+  const auto better = Probed(model);
   ASSERT_TRUE(better);
-  EXPECT_FALSE(better->turned);
+  EXPECT_EQ(better->by, BetterCut::By::Longer);
   const Points& line = better->instead.line.points;
   EXPECT_GT(line.col(1).maxCoeff(), -1.0);
   EXPECT_NEAR(line.col(1).minCoeff(), -24.0, 1e-9);  // nothing at the end that is over the rim
+}
+
+TEST(CutProbe, ACutThatIsTooLongIsTakenBack) {
+  const ModelCut right = CutTo(-3.0, 0), longer = CutTo(6.0, 0);
+  Model model(&longer);
+  model.Follow(Seen(Truth(&right, 1.0)));
+  const auto better = Probed(model);
+  ASSERT_TRUE(better);
+  EXPECT_EQ(better->by, BetterCut::By::Shorter);
+  EXPECT_LT(better->instead.line.points.col(1).maxCoeff(), 4.0);
+  EXPECT_EQ(better->model.mesh.VertexCount(), better->fitted.positions.rows());
 }
 
 TEST(CutProbe, ACutThatIsRightStaysAsItIs) {
@@ -219,7 +229,7 @@ TEST(CutProbe, ACutThatIsRightStaysAsItIs) {
   model.Follow(Seen(Truth(&right, 1.0)));
   for (bool turn : {false, true}) {
     model.state.probing.turn = turn;
-    EXPECT_FALSE(ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state));
+    EXPECT_FALSE(Probed(model));
   }
 }
 
@@ -228,9 +238,9 @@ TEST(CutProbe, ACutInAWrongDirectionIsTurned) {
   Model model(&straight);
   model.Follow(Seen(Truth(&right, 1.0)));
   model.state.probing.turn = true;
-  const auto better = ProbeCuts(model.usable, Above(), {}, Curious(), model.cutter, model.state);
+  const auto better = Probed(model);
   ASSERT_TRUE(better);
-  EXPECT_TRUE(better->turned);
+  EXPECT_EQ(better->by, BetterCut::By::Turned);
   EXPECT_GT(better->instead.direction.dot(right.direction),
             straight.direction.dot(right.direction));
 }

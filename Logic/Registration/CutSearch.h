@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "Registration/CutProbe.h"
+
+namespace kerf {
+
+/// Searches for better cuts (Registration/CutProbe.h) on a thread of its own, beside the frames. It
+/// works on a copy of the state; who began it says in which frame its answer is taken over, so that
+/// results do not depend on how long it takes. One search at a time.
+class CutSearch {
+ public:
+  ~CutSearch() { Drop(); }
+  /// @return false where there is nothing to search for
+  bool Begin(const std::vector<char>& usable, const CameraModel& camera,
+             const MethodOptions& options, const TetCutter& cutter, const RegistrationState& state);
+  /// Waits for the end. @return none also when no search was begun
+  std::optional<BetterCut> Finish();
+  /// Gives a running search up: the cuts are no longer those that it began with.
+  void Drop();
+
+ private:
+  std::future<std::optional<BetterCut>> found_;
+  std::atomic<bool> given_up_{false};
+};
+
+/// What a search found, put into the state of some frames later: the organ has moved since, and its
+/// cuts may have grown. A cut whose end has grown meanwhile stays as it is.
+CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine,
+                  RegistrationState* state);
+
+}  // namespace kerf
