@@ -27,6 +27,19 @@ std::vector<char> Usable(const RegistrationState& state) {
   return usable;
 }
 
+/// Median motion of the features since `before`, at their depth.
+double MedianStep_mm(const Pixels& before, const RegistrationState& state,
+                     const std::vector<char>& usable, const CameraModel& camera) {
+  std::vector<double> steps;
+  for (Index i = 0; i < state.features.Size(); ++i)
+    if (usable[i])
+      steps.push_back((state.features.pixels.row(i) - before.row(i)).norm() *
+                      state.bound.rest_depth_mm[i] / camera.fx);
+  if (steps.empty()) return 0.0;
+  std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
+  return steps[steps.size() / 2];
+}
+
 /// Springs of Eq. (4) between the features and their targets; Kerf's are rays with a weak depth
 /// gauge.
 Springs FeatureSprings(const RegistrationState& state, const Points& targets,
@@ -207,8 +220,10 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
   StepReport report;
   state->frame = frame.index;
   Begin(engine, Stage::Tracking);
+  const Pixels before = state->features.pixels;
   engine.tracker.Track(frame, &state->features);  // [1] track features frame to frame
   const std::vector<char> usable = Usable(*state);
+  report.leap_mm = MedianStep_mm(before, *state, usable, camera);
   for (int repeat = 0; repeat < options.steps_per_frame; ++repeat) {
     Begin(engine, Stage::Targets);
     const Points targets =  // [2] map the tracked pixels to targets P_F¹

@@ -58,6 +58,7 @@ struct StepReport {
   SolveReport solve;
   double divergence_mean_mm = 0.0;  ///< μ_∅ of the last iteration
   int outliers = 0;
+  double leap_mm = 0.0;    ///< median step of the tracked features since the frame before
   int untangled = 0;       ///< vertices moved to keep elements well-shaped (Untangle.h)
   int outline_points = 0;  ///< where the organ's outline was found in the image; 0 = not looked for
   double outline_off = 0.0;  ///< share of them that lie off the model's outline by `kOutlineOff_mm`

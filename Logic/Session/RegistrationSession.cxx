@@ -3,7 +3,6 @@
 #include "Session/StageClock.h"
 
 namespace kerf {
-
 RegistrationSession::RegistrationSession(TetMesh mesh, std::vector<Structure> structures,
                                          CameraModel camera, MethodOptions options,
                                          std::unique_ptr<FeatureTracker> tracker,
@@ -44,6 +43,8 @@ SessionFrame RegistrationSession::Process(const Frame& frame) {
   out.times = clock_->Finish();
   if (history_kept_) NoteCuts(out.step);
   out.reliability = AssessReliability(state_, camera_, initially_tracked_, &out.step);
+  watch_.WatchPicture(frame, &out.reliability);
+  watch_.WatchLeap(frame.time_s, out.step.leap_mm, &out.reliability);
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include "Registration/CutSearch.h"
 #include "Registration/Reliability.h"
 #include "Registration/Step.h"
+#include "Session/FrameWatch.h"
 
 namespace kerf {
 
@@ -83,6 +84,7 @@ class RegistrationSession {
   };
   Engine MakeEngine();
   void NoteCuts(const StepReport& step);
+
   CutReport ApplyNow(int cut);
   bool TakeOut(int cut);
   void DropSearch();
@@ -104,6 +106,7 @@ class RegistrationSession {
   Index initially_tracked_ = 0;
   bool started_ = false;
   bool history_kept_ = false;
+  FrameWatch watch_;
   RegistrationState before_;  ///< this frame's cuts; history only
   std::vector<Applied> applied_;
   std::vector<Decision> decisions_;

@@ -1,0 +1,41 @@
+#include "Session/FrameWatch.h"
+
+#include <algorithm>
+
+namespace kerf {
+namespace {
+
+constexpr double kFrozen_s = 0.5;            // a picture that stands still for as long
+constexpr double kLeap_mm = 5.0;             // a step of all features from one frame to the next,
+constexpr double kFastestTissue_mm_s = 150;  // and as fast as only a camera moves
+constexpr double kLeapDoubt_s = 1.0;  // for as long after it the gate is no better than amber
+constexpr double kDoubtfulScore = 0.35;
+
+void LimitToAmber(const char* reason, Reliability* reliability) {
+  if (reliability->state == GateState::Off) return;
+  reliability->state = GateState::Amber;
+  reliability->score = std::min(reliability->score, kDoubtfulScore);
+  reliability->reason = reason;
+}
+
+}  // namespace
+
+/// A source that repeats one picture bit for bit, as no camera does, says nothing of the organ.
+void FrameWatch::WatchPicture(const Frame& frame, Reliability* reliability) {
+  if (!frame.image) return;
+  if (!picture_ || frame.image->data != picture_->data) changed_s_ = frame.time_s;
+  picture_ = frame.image;
+  if (frame.time_s - changed_s_ >= kFrozen_s) LimitToAmber("the picture stands still", reliability);
+}
+
+/// Registration takes the camera to stand still (DESIGN: the pose is that of the start).
+void FrameWatch::WatchLeap(double time_s, double leap_mm, Reliability* reliability) {
+  const double passed_s = std::max(1e-3, time_s - last_s_);
+  if (last_s_ >= 0.0 && leap_mm > kLeap_mm && leap_mm / passed_s > kFastestTissue_mm_s)
+    leapt_s_ = time_s;
+  last_s_ = time_s;
+  if (leapt_s_ >= 0.0 && time_s - leapt_s_ < kLeapDoubt_s)
+    LimitToAmber("everything leapt: has the camera moved?", reliability);
+}
+
+}  // namespace kerf
