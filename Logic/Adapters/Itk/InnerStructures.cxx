@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "Adapters/Itk/Contour.h"
+#include "Adapters/Itk/Outline.h"
 #include "Adapters/Itk/Parts.h"
 #include "Adapters/Itk/Statistics.h"
 #include "Adapters/Itk/WorkingGrid.h"
@@ -17,8 +19,9 @@ constexpr double kSoftTissueHu = -20;  // anything darker is fat or air, no tumo
 
 /// What every step looks at.
 struct Scene {
-  ScalarField image;   ///< denoised HU on the organ's grid
-  ScalarField inside;  ///< depth in the organ, mm
+  ScalarField measured;  ///< HU on the organ's grid, brightness drift taken off
+  ScalarField image;     ///< the same, denoised
+  ScalarField inside;    ///< depth in the organ, mm
   double mean = 0, noise = 0;
   double voxel_mm = 1;
 };
@@ -61,9 +64,10 @@ void Join(Mask* into, const Mask& other) {
 Scene MakeScene(const Volume& ct, const Mask& organ, const Tissue& tissue,
                 const ScalarField& drift_hu, Progress& progress) {
   Scene scene;
-  scene.image = Denoise(Sample(ct, organ.grid, progress, kContrastMost), 3, progress);
+  scene.measured = Sample(ct, organ.grid, progress, kContrastMost);
   const ScalarField drift = Resample(drift_hu, organ.grid, 0.f);
-  for (std::size_t i = 0; i < drift.values.size(); ++i) scene.image.values[i] -= drift.values[i];
+  for (std::size_t i = 0; i < drift.values.size(); ++i) scene.measured.values[i] -= drift.values[i];
+  scene.image = Denoise(scene.measured, 3, progress);
   scene.inside = SignedDistance_mm(organ);
   scene.voxel_mm = organ.grid.spacing_mm.maxCoeff();
   std::vector<float> parenchyma =
@@ -150,6 +154,9 @@ bool JoinOutgrowths(const Scene& scene, const OrganKnowledge& knowledge, const T
   for (std::size_t i = 0; i < grown.values.size(); ++i)
     if (part.values[i] >= 0 && take[part.values[i]]) grown.values[i] = 1;
   *organ = FillHoles(Close(grown, 2 * scene.voxel_mm));
+  // The outgrowth was opened: its rim and the crease beside it are still missing.
+  for (int round = 0; round < 2; ++round) *organ = AtHalfContrast(scene.image, *organ);
+  *organ = FillHoles(LargestComponent(*organ));
   return true;
 }
 
@@ -292,6 +299,7 @@ InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& know
     for (const Vec3& seed : internal_seeds)
       Join(&found.internal, SeededBody(scene, seed, "internal", *organ));
   }
+  found.internal = OutlineBranching(scene.measured, found.internal, *organ);
   progress.ThrowIfCancelled();
   if (tumour_seeds.empty()) {
     found.tumour = Bodies(scene, knowledge.tumour, false, scene.voxel_mm);
@@ -301,6 +309,8 @@ InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& know
     Join(organ, found.tumour);
     *organ = FillHoles(*organ);
   }
+  progress.ThrowIfCancelled();
+  found.tumour = OutlineCompact(scene.measured, found.tumour, *organ, found.internal);
   for (std::size_t i = 0; i < organ->values.size(); ++i)
     if (found.internal.values[i]) found.tumour.values[i] = 0;
   return found;

@@ -161,6 +161,10 @@ void CheckNiftiHeader(const std::string& path, Progress& progress) {
     if (size == 348 || size == 540) header_size = static_cast<std::size_t>(size);
   }
   if (header_size == 0) throw InputError(path, "sizeof_hdr", "not a NIfTI file");
+  // An Analyze file has the same header but no orientation: left and right would be guessed.
+  const std::size_t magic = header_size == 348 ? 344 : 4;
+  if (std::string(raw.data() + magic, 3) != (header_size == 348 ? "n+1" : "n+2"))
+    throw InputError(path, "magic", "not that of a NIfTI file in one piece (Analyze?)");
 
   if (h.dim[0] < 1 || h.dim[0] > 7) throw InputError(path, "dim[0]", "must be 1 to 7");
   if (h.dim[0] < 3)

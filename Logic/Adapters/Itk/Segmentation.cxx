@@ -79,6 +79,11 @@ void Check(const Volume& ct, const OrganKnowledge& knowledge, const Tissue& tiss
   }
 }
 
+void SayWhatWasAssumed(const Volume& ct, const FoundOrgan& found, Progress& progress) {
+  progress.Warn(fmt::format("{}: no preset was given, taken as {} because of its {:.0f} HU",
+                            ct.source, ToString(found.preset), found.mean_hu));
+}
+
 LabelMap Compose(const Volume& ct, const Mask& organ, const InnerStructures& inner) {
   LabelMap labels;
   labels.grid = ct.grid;
@@ -129,8 +134,7 @@ LabelMap SegmentCt(const Volume& ct, const SegmentationRequest& request, Progres
   if (seeds.empty()) {
     SubProgress search(progress, 0, 0.1);
     // A CT of one organ alone needs no seed; in a whole abdomen only the liver is unmistakable.
-    const Vec3 extent = ct.grid.size.cast<double>().cwiseProduct(ct.grid.spacing_mm);
-    if (extent.maxCoeff() < 200)
+    if (HoldsOneOrgan(ct))
       seeds = {FindStudyOrgan(ct, search).seed_mm};
     else if (request.preset == OrganPreset::Liver)
       seeds = {FindLiverSeed(ct, knowledge, search)};
@@ -141,10 +145,22 @@ LabelMap SegmentCt(const Volume& ct, const SegmentationRequest& request, Progres
   return Segment(ct, knowledge, request, seeds, progress, report);
 }
 
+bool HoldsOneOrgan(const Volume& ct) {
+  constexpr double kLargestOrgan_mm = 200;
+  return ct.grid.size.cast<double>().cwiseProduct(ct.grid.spacing_mm).maxCoeff() < kLargestOrgan_mm;
+}
+
+OrganPreset AssumePreset(const Volume& ct, Progress& progress) {
+  const FoundOrgan found = FindStudyOrgan(ct, progress);
+  SayWhatWasAssumed(ct, found, progress);
+  return found.preset;
+}
+
 LabelMap SegmentStudyCt(const Volume& ct, Progress& progress, SegmentationReport* report) {
   ct.grid.Validate(ct.source);
   SubProgress search(progress, 0, 0.1);
   const FoundOrgan found = FindStudyOrgan(ct, search);
+  SayWhatWasAssumed(ct, found, progress);
   SegmentationRequest request;
   request.preset = found.preset;
   // The organ was chosen because it stands out: hardly anything of its brightness can leak into it.

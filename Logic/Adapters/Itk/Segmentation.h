@@ -43,8 +43,17 @@ struct SegmentationReport {
 LabelMap SegmentCt(const Volume& ct, const SegmentationRequest& request, Progress& progress,
                    SegmentationReport* report = nullptr);
 
+/// Whether the CT shows one organ and no more than its surroundings (less than 200 mm). Only there
+/// the organ that is meant can be told without a preset.
+bool HoldsOneOrgan(const Volume& ct);
+
+/// The preset for a CT that holds one organ, by its intensity; said through progress.Warn().
+/// @throws InputError where none stands out
+OrganPreset AssumePreset(const Volume& ct, Progress& progress);
+
 /// The same without a preset or seed, where one organ fills the CT's field of view (study CTs,
-/// phantoms): organ found by itself, preset chosen by its intensity and size.
+/// phantoms): organ found by itself, preset chosen by its intensity, which
+/// is said through progress.Warn().
 LabelMap SegmentStudyCt(const Volume& ct, Progress& progress, SegmentationReport* report = nullptr);
 
 }  // namespace kerf

@@ -63,12 +63,12 @@ class RealCt : public ::testing::TestWithParam<Organ> {
     ct_ = ReadVolume(folder + "/ct.nii.gz");
     reference_ = ReadLabelMap(folder + "/reference_labels.nii.gz");
   }
-  double DiceFrom(const std::vector<Vec3>& seeds) const {
+  double DiceFrom(const std::vector<Vec3>& seeds, SegmentationReport* report = nullptr) const {
     SegmentationRequest request;
     request.preset = GetParam().preset;
     for (const Vec3& seed : seeds) request.seeds.push_back({SeedKind::Organ, seed, "seed"});
     Progress silent;
-    const LabelMap found = SegmentCt(ct_, request, silent);
+    const LabelMap found = SegmentCt(ct_, request, silent, report);
     return Dice(
         *found.voxels, *reference_.voxels, [](int v) { return v > 0; },
         [&](int v) { return v == GetParam().label; });
@@ -113,12 +113,14 @@ TEST_P(RealCt, IsSegmentedFromMostSeedsWellInside) {
   for (int n = 0; n < count; ++n) {
     const Vec3 seed = inside[random() % inside.size()];
     double dice = 0;
+    SegmentationReport report;
     try {
-      dice = DiceFrom({seed});
+      dice = DiceFrom({seed}, &report);
     } catch (const InputError& error) {
       printf("%s\n", error.what());
     }
-    printf("%s from (%.0f, %.0f, %.0f): %.3f\n", GetParam().name, seed[0], seed[1], seed[2], dice);
+    printf("%s from (%.0f, %.0f, %.0f): %.3f, %.0f ml%s\n", GetParam().name, seed[0], seed[1],
+           seed[2], dice, report.organ_ml, report.plausible ? "" : ", warned of");
     all.push_back(dice);
   }
   std::sort(all.begin(), all.end());

@@ -90,10 +90,22 @@ TEST(Segmentation, FindsOrganTumourAndRodFromOneSeedOnAnObliqueGrid) {
 
 TEST(Segmentation, NeedsNoSeedWhereOneOrganFillsTheVolume) {
   const Phantom p = MakePhantom();
-  Progress silent;
-  const LabelMap first = SegmentStudyCt(p.ct, silent);
+  Listener heard;
+  const LabelMap first = SegmentStudyCt(p.ct, heard);
   EXPECT_GT(OrganDice(*first.voxels, p.truth), 0.96);
+  EXPECT_TRUE(heard.Heard("no preset was given, taken as kidney"));
+  Progress silent;
   EXPECT_EQ(*SegmentStudyCt(p.ct, silent).voxels, *first.voxels) << "not deterministic";
+}
+
+TEST(Segmentation, AssumesAPresetOnlyWhereOneOrganIsSeen) {
+  Phantom p = MakePhantom();
+  Listener heard;
+  EXPECT_TRUE(HoldsOneOrgan(p.ct));
+  EXPECT_EQ(AssumePreset(p.ct, heard), OrganPreset::Kidney);
+  EXPECT_TRUE(heard.Heard("taken as kidney"));
+  p.ct.grid.spacing_mm *= 2;
+  EXPECT_FALSE(HoldsOneOrgan(p.ct));
 }
 
 TEST(Segmentation, TakesSeedsForTumourAndInnerStructure) {

@@ -110,6 +110,7 @@ TEST_F(VolumeFilesTest, RefusesBrokenNiftiNamingTheField) {
   EXPECT_TRUE(Says(ErrorWith<float>(284, 3.f), "sform"));
   EXPECT_TRUE(Says(ErrorWith<std::int16_t>(70, 128), "colour"));
   EXPECT_TRUE(Says(ErrorWith<std::int32_t>(0, 77), "sizeof_hdr"));
+  EXPECT_TRUE(Says(ErrorWith<std::int32_t>(344, 0), "Analyze"));
   const std::string path = Path("four.nii");
   WriteVolume(path, Oblique(false));
   std::string bytes = ReadBytes(path);
