@@ -94,7 +94,7 @@ class PatchSearch {
 Points TopologyChange::MapVertexField(const Points& old_field) const {
   Points out(mesh.VertexCount(), 3);
   for (Index v = 0; v < mesh.VertexCount(); ++v) {
-    if (vertex_weights(v, 0) == 1.0) {
+    if (vertex_weights(v, 0) == 1.0 && (vertex_weights.row(v).rightCols<3>().array() == 0).all()) {
       out.row(v) = old_field.row(vertex_parents[v][0]);
       continue;
     }

@@ -52,6 +52,10 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
   }
   star.resize(vertices.size());
   std::vector<int> count(vertices.size(), 0);
+  for (const Tet& tet : tets)
+    for (int v : tet.v) ++count[v];
+  for (std::size_t v = 0; v < star.size(); ++v) star[v].reserve(count[v] + 4);
+  std::fill(count.begin(), count.end(), 0);
   for (std::size_t t = 0; t < tets.size(); ++t)
     for (int k = 0; k < 4; ++k) {
       star[tets[t].v[k]].push_back(static_cast<int>(t));
@@ -72,7 +76,7 @@ void CutPatch::MarkCore(const std::vector<Index>& tets_of_mesh) {
 
 void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
   struct Face {
-    int low, high;
+    std::uint64_t edge;
     FanFace oriented;
   };
   std::vector<Face> faces;
@@ -82,15 +86,14 @@ void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
       for (int k = 0; k < 3; ++k)
         if (tets[t].v[f[k]] == v) {
           const int a = tets[t].v[f[(k + 1) % 3]], b = tets[t].v[f[(k + 2) % 3]];
-          faces.push_back({std::min(a, b), std::max(a, b), {a, b}});
+          faces.push_back({EdgeKey(a, b), {a, b}});
         }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-    return a.low != b.low ? a.low < b.low : a.high < b.high;
-  });
+  std::sort(faces.begin(), faces.end(),
+            [](const Face& a, const Face& b) { return a.edge < b.edge; });
   fan->clear();
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t j = i + 1;
-    while (j < faces.size() && faces[j].low == faces[i].low && faces[j].high == faces[i].high) ++j;
+    while (j < faces.size() && faces[j].edge == faces[i].edge) ++j;
     if (j == i + 1) fan->push_back(faces[i].oriented);
     i = j;
   }
@@ -197,15 +200,15 @@ int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* 
     visit(t);
     if (inside >= -1e-12) return best;
   }
-  std::vector<int> more;
+  std::vector<std::uint64_t> more((tets.size() + 63) / 64, 0);  // a bit for each tetrahedron
   for (int t : near_sources)
-    for (int v : tets[t].v) more.insert(more.end(), star[v].begin(), star[v].end());
-  std::sort(more.begin(), more.end());
-  more.erase(std::unique(more.begin(), more.end()), more.end());
-  for (int t : more) {
-    visit(t);
-    if (inside >= -1e-12) break;
-  }
+    for (int v : tets[t].v)
+      for (int w : star[v]) more[w / 64] |= std::uint64_t(1) << (w % 64);
+  for (std::size_t word = 0; word < more.size(); ++word)
+    for (std::uint64_t bits = more[word]; bits != 0; bits &= bits - 1) {
+      visit(static_cast<int>(64 * word) + __builtin_ctzll(bits));
+      if (inside >= -1e-12) return best;
+    }
   return best;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "Core/TopologyChange.h"
+#include "Cutting/EdgeKey.h"
 
 namespace kerf {
 

@@ -52,23 +52,35 @@ struct Candidate {
   }
 };
 
-std::vector<std::array<int, 2>> EdgesNear(const CutPatch& patch,
-                                          const std::vector<SurfaceNear>& near) {
-  static constexpr int kEdges[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-  std::vector<std::array<int, 2>> edges;
-  for (const auto& tet : patch.tets)
-    for (const auto& e : kEdges) {
-      const int a = tet.v[e[0]], b = tet.v[e[1]];
+constexpr int kEdges[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+/// One of the six edges of a tetrahedron.
+struct EdgeOfTet {
+  std::uint64_t edge;
+  int tet, slot;
+  int Low() const { return static_cast<int>(edge >> 32); }
+  int High() const { return static_cast<int>(edge & 0xFFFFFFFFu); }
+};
+
+/// Edges that S may cross, of every tetrahedron; those of the same edge one after the other.
+std::vector<EdgeOfTet> EdgesNear(const CutPatch& patch, const std::vector<SurfaceNear>& near) {
+  std::vector<EdgeOfTet> edges;
+  edges.reserve(2 * patch.tets.size());
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    const auto& tet = patch.tets[t];
+    for (int slot = 0; slot < 6; ++slot) {
+      const int a = tet.v[kEdges[slot][0]], b = tet.v[kEdges[slot][1]];
       if (near[a].triangle < 0 || near[b].triangle < 0) continue;
       // Where S crosses, the two ends are no farther from S than the edge is long.
       const double reach = near[a].distance_mm + near[b].distance_mm;
       if ((patch.vertices[a].rest - patch.vertices[b].rest).squaredNorm() * (1 + 1e-9) <
           reach * reach)
         continue;
-      edges.push_back({std::min(a, b), std::max(a, b)});
+      edges.push_back({EdgeKey(a, b), static_cast<int>(t), slot});
     }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  }
+  std::sort(edges.begin(), edges.end(),
+            [](const EdgeOfTet& a, const EdgeOfTet& b) { return a.edge < b.edge; });
   return edges;
 }
 
@@ -139,57 +151,60 @@ void MarkVerticesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     vertex.on = surface.Closest(vertex.rest, kOnS * vertex.size_mm).triangle >= 0;
 }
 
-std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutPatch& patch) {
+namespace {
+
+std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutPatch& patch,
+                                         const std::vector<SurfaceNear>& near) {
   std::vector<CrossedEdge> crossed;
-  for (const auto& [a, b] : EdgesNear(patch, NearOf(surface, patch))) {
-    const double t = CrossingToSplit(surface, patch, a, b);
-    if (t >= 0) crossed.push_back({a, b, t});
+  std::vector<std::array<int, 6>> crossed_of(patch.tets.size());  // 1 + place in `crossed`, or 0
+  const std::vector<EdgeOfTet> edges = EdgesNear(patch, near);
+  for (std::size_t i = 0; i < edges.size();) {
+    const double t = CrossingToSplit(surface, patch, edges[i].Low(), edges[i].High());
+    if (t >= 0) crossed.push_back({edges[i].Low(), edges[i].High(), t});
+    const std::uint64_t edge = edges[i].edge;
+    for (; i < edges.size() && edges[i].edge == edge; ++i)
+      if (t >= 0) crossed_of[edges[i].tet][edges[i].slot] = static_cast<int>(crossed.size());
   }
-  if (crossed.empty()) return crossed;
-  const auto find = [&](int a, int b) -> std::ptrdiff_t {
-    const CrossedEdge key{std::min(a, b), std::max(a, b), 0};
-    const auto it = std::lower_bound(crossed.begin(), crossed.end(), key,
-                                     [](const CrossedEdge& x, const CrossedEdge& y) {
-                                       return x.a != y.a ? x.a < y.a : x.b < y.b;
-                                     });
-    return it != crossed.end() && it->a == key.a && it->b == key.b ? it - crossed.begin() : -1;
-  };
   std::vector<char> through(crossed.size(), 0);
-  for (const auto& tet : patch.tets) {
-    if (!patch.vertices[tet.v[0]].core || !patch.vertices[tet.v[1]].core ||
-        !patch.vertices[tet.v[2]].core || !patch.vertices[tet.v[3]].core)
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    const auto& v = patch.tets[t].v;
+    const auto& places = crossed_of[t];
+    if (places == std::array<int, 6>{}) continue;
+    if (!patch.vertices[v[0]].core || !patch.vertices[v[1]].core || !patch.vertices[v[2]].core ||
+        !patch.vertices[v[3]].core)
       continue;
-    std::ptrdiff_t edge[4][4];
-    bool any = false;
-    for (int i = 0; i < 4; ++i)
-      for (int k = i + 1; k < 4; ++k) {
-        edge[i][k] = edge[k][i] = find(tet.v[i], tet.v[k]);
-        any = any || edge[i][k] >= 0;
-      }
-    if (!any) continue;
+    bool crosses[4][4] = {};
+    for (int slot = 0; slot < 6; ++slot)
+      crosses[kEdges[slot][0]][kEdges[slot][1]] = crosses[kEdges[slot][1]][kEdges[slot][0]] =
+          places[slot] > 0;
     // Off vertices fall into two sides: crossed edges join different sides, uncrossed ones the
     // same.
     int side[4] = {0, 0, 0, 0};
-    bool consistent = true;
     int first = -1;
     for (int i = 0; i < 4 && first < 0; ++i)
-      if (!patch.vertices[tet.v[i]].on) first = i;
+      if (!patch.vertices[v[i]].on) first = i;
     if (first < 0) continue;
     for (int i = 0; i < 4; ++i)
-      if (!patch.vertices[tet.v[i]].on) side[i] = i == first || edge[first][i] < 0 ? 1 : -1;
+      if (!patch.vertices[v[i]].on) side[i] = i == first || !crosses[first][i] ? 1 : -1;
+    bool consistent = true;
     for (int i = 0; i < 4; ++i)
       for (int k = i + 1; k < 4; ++k)
         if (side[i] != 0 && side[k] != 0)
-          consistent = consistent && (side[i] != side[k]) == (edge[i][k] >= 0);
+          consistent = consistent && (side[i] != side[k]) == crosses[i][k];
     if (!consistent) continue;
-    for (int i = 0; i < 4; ++i)
-      for (int k = i + 1; k < 4; ++k)
-        if (edge[i][k] >= 0) through[edge[i][k]] = 1;
+    for (int place : places)
+      if (place > 0) through[place - 1] = 1;
   }
   std::vector<CrossedEdge> out;
   for (std::size_t i = 0; i < crossed.size(); ++i)
     if (through[i]) out.push_back(crossed[i]);
   return out;
+}
+
+}  // namespace
+
+std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutPatch& patch) {
+  return EdgesCutThrough(surface, patch, NearOf(surface, patch));
 }
 
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
@@ -213,7 +228,7 @@ Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
     if (near[v].distance_mm <= 0.02 * vertex.size_mm)
       add(static_cast<int>(v), near[v].distance_mm / vertex.size_mm, -1);
   }
-  for (const auto& [a, b, t] : EdgesCutThrough(surface, *patch)) {
+  for (const auto& [a, b, t] : EdgesCutThrough(surface, *patch, near)) {
     if (patch->vertices[a].on || patch->vertices[b].on) continue;
     if (t <= options.snap_fraction) add(a, t, b);
     if (1 - t <= options.snap_fraction) add(b, 1 - t, a);

@@ -24,7 +24,11 @@ struct OpenFace {
 struct Touch {
   std::array<int, 3> v;
   int tet;
-  bool operator<(const Touch& o) const { return v != o.v ? v < o.v : tet < o.tet; }
+  bool operator<(const Touch& o) const {
+    for (int k = 0; k < 3; ++k)
+      if (v[k] != o.v[k]) return v[k] < o.v[k];
+    return tet < o.tet;
+  }
 };
 
 int Opposite(const CutPatch& patch, int t, const std::array<int, 3>& face) {
@@ -128,20 +132,28 @@ class Opening {
   void Duplicate(const CutPatch& closed, int v, const std::vector<const OpenFace*>& open) {
     const auto& star = closed.star[v];
     struct Side {
-      int low, high, slot;
+      std::uint64_t edge;
+      int slot;
     };
     std::vector<Side> sides;
+    sides.reserve(3 * star.size());
     for (std::size_t i = 0; i < star.size(); ++i)
       for (const auto& f : kFaces)
         for (int k = 0; k < 3; ++k)
           if (closed.tets[star[i]].v[f[k]] == v) {
             const int a = closed.tets[star[i]].v[f[(k + 1) % 3]],
                       b = closed.tets[star[i]].v[f[(k + 2) % 3]];
-            sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(i)});
+            sides.push_back({EdgeKey(a, b), static_cast<int>(i)});
           }
     std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-      return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.slot < b.slot;
+      return a.edge != b.edge ? a.edge < b.edge : a.slot < b.slot;
     });
+    std::vector<std::uint64_t> open_edges;  // of the open faces, opposite to v
+    for (const OpenFace* face : open) {
+      const auto& f = face->v;
+      open_edges.push_back(v == f[0] ? EdgeKey(f[1], f[2])
+                                     : EdgeKey(f[0], v == f[1] ? f[2] : f[1]));
+    }
     std::vector<int> root(star.size());
     std::iota(root.begin(), root.end(), 0);
     auto find = [&](int i) {
@@ -149,10 +161,8 @@ class Opening {
       return i;
     };
     for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
-      if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
-      std::array<int, 3> key{v, sides[i].low, sides[i].high};
-      std::sort(key.begin(), key.end());
-      if (std::any_of(open.begin(), open.end(), [&](const OpenFace* f) { return f->v == key; }))
+      if (sides[i].edge != sides[i + 1].edge) continue;
+      if (std::find(open_edges.begin(), open_edges.end(), sides[i].edge) != open_edges.end())
         continue;
       const int a = find(sides[i].slot), b = find(sides[i + 1].slot);
       root[std::max(a, b)] = std::min(a, b);

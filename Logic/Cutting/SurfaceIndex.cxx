@@ -1,19 +1,26 @@
 #include "Cutting/SurfaceIndex.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include "Cutting/EdgeKey.h"
 
 namespace kerf {
 namespace {
 
 constexpr int kLeafSize = 4;
+constexpr double kAside_mm = 1e-9;  // rounding of distances from a plane
 
 double BoxDistance2(const Vec3& low, const Vec3& high, const Vec3& p) {
   return (low - p).cwiseMax(p - high).cwiseMax(0.0).squaredNorm();
 }
 
-bool BoxesMeet(const Vec3& low, const Vec3& high, const Vec3& other_low, const Vec3& other_high) {
-  return (low.array() <= other_high.array()).all() && (other_low.array() <= high.array()).all();
+inline bool BoxesMeet(const Vec3& low, const Vec3& high, const Vec3& other_low,
+                      const Vec3& other_high) {
+  for (int k = 0; k < 3; ++k)
+    if (low[k] > other_high[k] || other_low[k] > high[k]) return false;
+  return true;
 }
 
 /// Closest point of a triangle (Ericson's regions). `feature`: 0–2 edge k, 3–5 corner k, 6 inside.
@@ -58,13 +65,12 @@ SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
         i > 0 && !less(by_place[i - 1], by_place[i]) ? number[by_place[i - 1]] : by_place[i];
 
   struct Edge {
-    Index a, b;
+    std::uint64_t ends;
     int triangle, corner;
-    bool operator<(const Edge& o) const {
-      return a != o.a ? a < o.a : b != o.b ? b < o.b : triangle < o.triangle;
-    }
   };
   std::vector<Edge> edges;
+  edges.reserve(3 * surface.triangles.rows());
+  triangles_.reserve(surface.triangles.rows());
   for (Index f = 0; f < surface.triangles.rows(); ++f) {
     Triangle triangle;
     std::array<Index, 3> id;
@@ -79,62 +85,80 @@ SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
     triangle.row = f;
     triangle.border = {false, false, false};
     for (int k = 0; k < 3; ++k) {
-      const Index a = id[k], b = id[(k + 1) % 3];
-      edges.push_back({std::min(a, b), std::max(a, b), static_cast<int>(triangles_.size()), k});
+      edges.push_back({EdgeKey(id[k], id[(k + 1) % 3]), static_cast<int>(triangles_.size()), k});
     }
     triangles_.push_back(triangle);
   }
-  std::sort(edges.begin(), edges.end());
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.ends < b.ends; });
   for (std::size_t i = 0; i < edges.size();) {
     std::size_t j = i + 1;
-    while (j < edges.size() && edges[j].a == edges[i].a && edges[j].b == edges[i].b) ++j;
+    while (j < edges.size() && edges[j].ends == edges[i].ends) ++j;
     if (j == i + 1) triangles_[edges[i].triangle].border[edges[i].corner] = true;
     i = j;
   }
-  order_.resize(triangles_.size());
-  std::iota(order_.begin(), order_.end(), 0);
-  if (!triangles_.empty()) Build(0, static_cast<int>(triangles_.size()));
+  if (triangles_.empty()) return;
+  std::vector<Place> places(triangles_.size());
+  for (std::size_t t = 0; t < places.size(); ++t) {
+    const auto& x = triangles_[t].x;
+    places[t] = {x[0] + x[1] + x[2], static_cast<int>(t)};
+  }
+  nodes_.reserve(places.size());
+  Build(0, static_cast<int>(places.size()), &places);
+  std::vector<Triangle> in_order;  // neighbours in the tree are neighbours in memory
+  in_order.reserve(places.size());
+  for (const Place& place : places) in_order.push_back(triangles_[place.triangle]);
+  triangles_ = std::move(in_order);
 }
 
-int SurfaceIndex::Build(int first, int count) {
+int SurfaceIndex::Build(int first, int count, std::vector<Place>* places) {
   const int index = static_cast<int>(nodes_.size());
   nodes_.emplace_back();
-  Vec3 low = Vec3::Constant(1e300), high = -low, center_low = low, center_high = -low;
-  for (int i = first; i < first + count; ++i) {
-    const auto& x = triangles_[order_[i]].x;
-    for (const Vec3& p : x) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    const Vec3 center = x[0] + x[1] + x[2];
-    center_low = center_low.cwiseMin(center);
-    center_high = center_high.cwiseMax(center);
-  }
+  Vec3 low, high;
   int left = -1, right = -1;
   if (count > kLeafSize) {
+    Vec3 center_low = (*places)[first].center, center_high = center_low;
+    for (int i = first + 1; i < first + count; ++i) {
+      center_low = center_low.cwiseMin((*places)[i].center);
+      center_high = center_high.cwiseMax((*places)[i].center);
+    }
     int axis;
     (center_high - center_low).maxCoeff(&axis);
-    auto key = [&](int t) {
-      const auto& x = triangles_[t].x;
-      return x[0][axis] + x[1][axis] + x[2][axis];
-    };
     const int half = count / 2;
-    std::nth_element(order_.begin() + first, order_.begin() + first + half,
-                     order_.begin() + first + count, [&](int a, int b) {
-                       const double ka = key(a), kb = key(b);
-                       return ka != kb ? ka < kb : a < b;
-                     });
-    left = Build(first, half);
-    right = Build(first + half, count - half);
+    const auto begin = places->begin() + first;
+    std::nth_element(begin, begin + half, begin + count, [&](const Place& a, const Place& b) {
+      return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis]
+                                              : a.triangle < b.triangle;
+    });
+    left = Build(first, half, places);
+    right = Build(first + half, count - half, places);
+    low = nodes_[left].low.cwiseMin(nodes_[right].low);
+    high = nodes_[left].high.cwiseMax(nodes_[right].high);
+  } else {
+    low = high = triangles_[(*places)[first].triangle].x[0];
+    for (int i = first; i < first + count; ++i)
+      for (const Vec3& p : triangles_[(*places)[i].triangle].x) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+      }
   }
-  nodes_[index] = {low, high, left, right, first, left < 0 ? count : 0};
+  const Vec3 normal = triangles_[(*places)[first].triangle].normal;
+  double back = 1e300, front = -1e300;
+  for (int i = first; i < first + count; ++i)
+    for (const Vec3& p : triangles_[(*places)[i].triangle].x) {
+      const double at = normal.dot(p);
+      back = std::min(back, at);
+      front = std::max(front, at);
+    }
+  nodes_[index] = {low,  high,  normal, back - kAside_mm,    front + kAside_mm,
+                   left, right, first,  left < 0 ? count : 0};
   return index;
 }
 
 void SurfaceIndex::CloseTo(int index, const Vec3& p, SurfaceNear* best) const {
   const Node& node = nodes_[index];
   for (int i = node.first; i < node.first + node.count; ++i) {
-    const Triangle& triangle = triangles_[order_[i]];
+    const Triangle& triangle = triangles_[i];
     int feature;
     const Vec3 q = ClosestOnTriangle(triangle.x, p, &feature);
     const double d = (p - q).norm();
@@ -174,8 +198,22 @@ void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* 
   while (top > 0) {
     const Node& node = nodes_[stack[--top]];
     if (!BoxesMeet(node.low, node.high, low, high)) continue;
+    const double at_a = node.normal.dot(a), at_b = node.normal.dot(b);
+    if ((at_a > node.front && at_b > node.front) || (at_a < node.back && at_b < node.back))
+      continue;
+    if (std::abs(at_b - at_a) > kAside_mm) {  // only the piece between the two planes counts
+      const double enters = std::clamp((node.back - at_a) / (at_b - at_a), 0.0, 1.0);
+      const double leaves = std::clamp((node.front - at_a) / (at_b - at_a), 0.0, 1.0);
+      const Vec3 p = a + enters * ab, q = a + leaves * ab, slack = Vec3::Constant(1e-6);
+      if (!BoxesMeet(node.low, node.high, p.cwiseMin(q) - slack, p.cwiseMax(q) + slack)) continue;
+    }
     for (int i = node.first; i < node.first + node.count; ++i) {
-      const auto& x = triangles_[order_[i]].x;
+      const auto& x = triangles_[i].x;
+      const double side_a = triangles_[i].normal.dot(a - x[0]);
+      const double side_b = triangles_[i].normal.dot(b - x[0]);
+      if ((side_a > kAside_mm && side_b > kAside_mm) ||
+          (side_a < -kAside_mm && side_b < -kAside_mm))
+        continue;
       const Vec3 e1 = x[1] - x[0], e2 = x[2] - x[0], p = ab.cross(e2);
       const double det = e1.dot(p);
       if (std::abs(det) < 1e-14 * e1.norm() * e2.norm() * ab.norm()) continue;
@@ -200,20 +238,29 @@ void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* 
 
 bool SurfaceIndex::MeetsBox(const Vec3& low, const Vec3& high) const {
   if (Empty()) return false;
+  const Vec3 center = 0.5 * (low + high), half = 0.5 * (high - low);
+  // The box between two planes with this normal?
+  const auto between = [&](const Vec3& normal, double back, double front) {
+    const double at = normal.dot(center), reach = half.dot(normal.cwiseAbs());
+    return at - reach <= front && at + reach >= back;
+  };
   int stack[64], top = 0;
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[stack[--top]];
-    if (!BoxesMeet(node.low, node.high, low, high)) continue;
+    if (!BoxesMeet(node.low, node.high, low, high) || !between(node.normal, node.back, node.front))
+      continue;
     if (node.left >= 0) {
       stack[top++] = node.right;
       stack[top++] = node.left;
       continue;
     }
     for (int i = node.first; i < node.first + node.count; ++i) {
-      const auto& x = triangles_[order_[i]].x;
+      const auto& x = triangles_[i].x;
+      const double at = triangles_[i].normal.dot(x[0]);
       if (BoxesMeet(x[0].cwiseMin(x[1]).cwiseMin(x[2]), x[0].cwiseMax(x[1]).cwiseMax(x[2]), low,
-                    high))
+                    high) &&
+          between(triangles_[i].normal, at - kAside_mm, at + kAside_mm))
         return true;
     }
   }

@@ -27,16 +27,23 @@ class SurfaceIndex {
   SurfaceNear Closest(const Vec3& p, double max_distance_mm) const;
   /// Parameters 0 ≤ t ≤ 1 along a–b where S crosses the segment, ascending, equal ones merged.
   void Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const;
-  /// Does any triangle's box meet this box?
+  /// Does S come into this box? By boxes and planes of triangles: sometimes yes where it just
+  /// misses, never no where it comes in.
   bool MeetsBox(const Vec3& low, const Vec3& high) const;
 
  private:
   struct Node {
     Vec3 low, high;
-    int left = -1, right = -1;  ///< children; leaf: triangles order_[first .. first+count)
+    Vec3 normal;                ///< of one of its triangles
+    double back, front;         ///< all of its points lie between, along `normal`
+    int left = -1, right = -1;  ///< children; leaf: triangles_[first .. first+count)
     int first = 0, count = 0;
   };
-  int Build(int first, int count);
+  struct Place {
+    Vec3 center;  ///< times three
+    int triangle;
+  };
+  int Build(int first, int count, std::vector<Place>* places);
   void CloseTo(int node, const Vec3& p, SurfaceNear* best) const;
 
   struct Triangle {
@@ -45,8 +52,7 @@ class SurfaceIndex {
     int row;
     std::array<bool, 3> border;  ///< edge k from corner k to corner k+1
   };
-  std::vector<Triangle> triangles_;
-  std::vector<int> order_;
+  std::vector<Triangle> triangles_;  ///< in the order of the leaves
   std::vector<Node> nodes_;
 };
 

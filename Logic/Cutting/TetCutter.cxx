@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kDeformedAngle_deg = 0.6;
 constexpr double kContextEdges =
-    5;                     // mean edges around what is new in S in which the old S still counts
+    5;  // mean edges around what is new in S in which the old S still counts
+constexpr double kSlack = 1e-4;  // mean edges: a face this near to S may count as on it
 constexpr int kRings = 2;  // around the tetrahedra that S crosses: room for snapping and smoothing
 
 double AngleOf(double cosine) {
@@ -100,8 +101,10 @@ double MeanEdge_mm(const TetMesh& mesh) {
   return n > 0 ? sum / n : 0;
 }
 
-/// Tetrahedra in `region` whose box meets S.
-std::vector<Index> TetsNear(const TetMesh& mesh, const Box& region, const SurfaceIndex& index) {
+/// Tetrahedra in `region` whose box S comes into, or passes within the slack: those on both sides
+/// of a face that lies on S but for rounding.
+std::vector<Index> TetsNear(const TetMesh& mesh, const Box& region, const SurfaceIndex& index,
+                            double slack_mm) {
   std::vector<char> beyond(mesh.VertexCount());  // bits: which of the region's six planes
   for (Index v = 0; v < mesh.VertexCount(); ++v)
     for (int k = 0; k < 3; ++k)
@@ -112,7 +115,8 @@ std::vector<Index> TetsNear(const TetMesh& mesh, const Box& region, const Surfac
     if (beyond[mesh.tets(t, 0)] & beyond[mesh.tets(t, 1)] & beyond[mesh.tets(t, 2)] &
         beyond[mesh.tets(t, 3)])
       continue;
-    const Box tet = BoxOf(mesh.rest, mesh.tets.row(t));
+    Box tet = BoxOf(mesh.rest, mesh.tets.row(t));
+    tet.Grow(slack_mm);
     if (index.MeetsBox(tet.low.transpose(), tet.high.transpose())) near.push_back(t);
   }
   return near;
@@ -157,42 +161,57 @@ Attempt Try(const CutPatch& before, const SurfaceIndex& surface, const Remeshing
   if (snapping) ImprovePatch(surface, used, before, &attempt.patch);
   attempt.separation = OpenFacesOnS(surface, &attempt.patch);
   const CutPatch& patch = attempt.patch;
+  double worst = -1, worst_current = -1;
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
     if (!patch.tets[t].changed) continue;
-    attempt.angle_deg =
-        std::min(attempt.angle_deg, AngleOf(patch.WorstCosine(static_cast<int>(t))));
+    worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
     if (patch.deformed)
-      attempt.angle_current_deg = std::min(attempt.angle_current_deg,
-                                           AngleOf(patch.WorstCosineCurrent(static_cast<int>(t))));
+      worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
   }
+  attempt.angle_deg = AngleOf(worst);
+  attempt.angle_current_deg = AngleOf(worst_current);
   return attempt;
 }
 
-TopologyChange Unchanged(const TetMesh& mesh) {
+/// Nothing changed, in memory for a mesh of this size.
+TopologyChange Unchanged(const TetMesh& mesh, Index vertices, Index tets) {
   TopologyChange change;
-  change.mesh = mesh;
-  change.vertex_parents.resize(mesh.VertexCount());
-  change.vertex_weights = Weights4::Zero(mesh.VertexCount(), 4);
-  change.vertex_weights.col(0).setOnes();
-  for (Index v = 0; v < mesh.VertexCount(); ++v) change.vertex_parents[v].fill(v);
-  change.parent_tet.resize(mesh.TetCount());
-  std::iota(change.parent_tet.begin(), change.parent_tet.end(), 0);
-  change.kept_tet = change.parent_tet;
+  change.mesh.rest.resize(vertices, 3);
+  change.mesh.rest.topRows(mesh.VertexCount()) = mesh.rest;
+  change.mesh.tets.resize(tets, 4);
+  change.mesh.tets.topRows(mesh.TetCount()) = mesh.tets;
+  change.mesh.region.reserve(tets);
+  change.mesh.region = mesh.region;
+  change.mesh.region.resize(tets);
+  change.vertex_parents.resize(vertices);
+  change.vertex_weights.resize(vertices, 4);
+  for (Index v = 0; v < mesh.VertexCount(); ++v) {
+    change.vertex_parents[v].fill(v);
+    change.vertex_weights.row(v) << 1, 0, 0, 0;
+  }
+  change.parent_tet.resize(tets);
+  std::iota(change.parent_tet.begin(), change.parent_tet.begin() + mesh.TetCount(), 0);
+  change.kept_tet.assign(change.parent_tet.begin(), change.parent_tet.begin() + mesh.TetCount());
   return change;
 }
 
 /// Puts the patch back into the mesh. Unchanged tetrahedra and all old vertices keep their numbers.
 TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const Attempt& attempt) {
   const CutPatch& patch = attempt.patch;
-  TopologyChange change = Unchanged(mesh);
-  change.changed = true;
   std::vector<Index> number(patch.vertices.size());
   Index vertex_count = mesh.VertexCount();
   for (std::size_t v = 0; v < patch.vertices.size(); ++v)
     number[v] = patch.vertices[v].old_vertex >= 0 ? patch.vertices[v].old_vertex : vertex_count++;
-  change.mesh.rest.conservativeResize(vertex_count, 3);
-  change.vertex_weights.conservativeResize(vertex_count, 4);
-  change.vertex_parents.resize(vertex_count);
+  std::vector<Index> places;  // of changed old tetrahedra
+  for (std::size_t t = 0; t < before.tets.size(); ++t)
+    if (patch.tets[t].changed) places.push_back(before.old_tet[t]);
+  const Index fresh = static_cast<Index>(
+      std::count_if(patch.tets.begin(), patch.tets.end(), [](const auto& t) { return t.changed; }));
+  Index tet_count = mesh.TetCount();
+  TopologyChange change =
+      Unchanged(mesh, vertex_count, tet_count + fresh - static_cast<Index>(places.size()));
+  change.changed = true;
+  for (Index t : places) change.kept_tet[t] = -1;
   for (std::size_t v = 0; v < patch.vertices.size(); ++v) {
     const auto& vertex = patch.vertices[v];
     if (vertex.old_vertex >= 0 && !vertex.moved) continue;
@@ -210,18 +229,6 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const Attem
     for (int k = 0; k < 4; ++k)
       change.vertex_parents[number[v]][k] = before.vertices[holder[k]].old_vertex;
   }
-  std::vector<Index> places;  // of changed old tetrahedra
-  for (std::size_t t = 0; t < before.tets.size(); ++t)
-    if (patch.tets[t].changed) {
-      places.push_back(before.old_tet[t]);
-      change.kept_tet[before.old_tet[t]] = -1;
-    }
-  const Index fresh = static_cast<Index>(
-      std::count_if(patch.tets.begin(), patch.tets.end(), [](const auto& t) { return t.changed; }));
-  Index tet_count = mesh.TetCount();
-  change.mesh.tets.conservativeResize(tet_count + fresh - static_cast<Index>(places.size()), 4);
-  change.mesh.region.resize(change.mesh.tets.rows());
-  change.parent_tet.resize(change.mesh.tets.rows());
   std::size_t next_place = 0;
   std::vector<Index> tet_number(patch.tets.size());
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
@@ -309,7 +316,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   auto refuse = [&](const char* reason) {
     out.reason = reason;
     report_components(mesh, true);
-    return Unchanged(mesh);
+    return Unchanged(mesh, mesh.VertexCount(), mesh.TetCount());
   };
 
   // Where S is new, and the part of S around it.
@@ -327,12 +334,12 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   Box region;
   for (Index i = 0; i < fresh.points.rows(); ++i) region.Add(fresh.points.row(i));
   Box context = region;
-  region.Grow(known ? edge_mm : 0);
+  region.Grow(known ? edge_mm : kSlack * edge_mm);
   context.Grow(kContextEdges * edge_mm);
   const SurfaceIndex index(Part(surface, [&](Index t) {
     return context.Meets(BoxOf(surface.points, surface.triangles.row(t)));
   }));
-  const std::vector<Index> near = TetsNear(mesh, region, index);
+  const std::vector<Index> near = TetsNear(mesh, region, index, kSlack * edge_mm);
   std::vector<Index> work;
   if (!near.empty()) {
     const std::vector<char> all_inner(mesh.VertexCount(), 1);
@@ -349,12 +356,13 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   CutPatch before(mesh, positions, chosen.tets, chosen.inner);
   before.MarkCore(work);
 
-  double before_deg = 180, before_current_deg = 180;
+  double worst = -1, worst_current = -1;
   for (std::size_t t = 0; t < before.tets.size(); ++t) {
-    before_deg = std::min(before_deg, AngleOf(before.WorstCosine(static_cast<int>(t))));
-    before_current_deg =
-        std::min(before_current_deg, AngleOf(before.WorstCosineCurrent(static_cast<int>(t))));
+    worst = std::max(worst, before.WorstCosine(static_cast<int>(t)));
+    if (before.deformed)
+      worst_current = std::max(worst_current, before.WorstCosineCurrent(static_cast<int>(t)));
   }
+  const double before_deg = AngleOf(worst), before_current_deg = AngleOf(worst_current);
   const double required_deg = std::min(options_.min_dihedral_deg, before_deg);
   const double required_current_deg = std::min(kDeformedAngle_deg, 0.5 * before_current_deg);
 

@@ -89,5 +89,16 @@ TEST(TopologyChange, ASplitTetrahedronKeepsItsMaterialPoints) {
   EXPECT_LT((mapped_field - 2.0 * change.mesh.rest).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(TopologyChange, AWeightOfOneIsNotYetACopy) {
+  const TetMesh mesh = testing::BoxMesh({10, 10, 10}, 2, 2, 2);
+  TopologyChange change = Identity(mesh);
+  const auto corners = mesh.tets.row(0);
+  change.vertex_parents[0] = {corners[0], corners[1], corners[2], corners[3]};
+  change.vertex_weights.row(0) << 1, 0.1, -0.1, 0;  // slid along the boundary
+  const Eigen::RowVector3d place =
+      mesh.rest.row(corners[0]) + 0.1 * (mesh.rest.row(corners[1]) - mesh.rest.row(corners[2]));
+  EXPECT_LT((change.MapVertexField(mesh.rest).row(0) - place).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace kerf
