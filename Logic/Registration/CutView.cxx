@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "Registration/CutLine.h"
 
@@ -11,6 +12,7 @@ namespace kerf {
 namespace {
 
 constexpr double kNear_mm = 2.5;    // an edge of a cut this near to its line is a lip of it
+constexpr Index kEnd_mm = 3;        // of the line, whose points lie 1 mm apart, are its end
 constexpr double kParted_mm = 6.0;  // neighbouring points farther apart than this are no line
 
 /// Runs of neighbouring points.
@@ -25,19 +27,117 @@ std::vector<Points> Runs(const Points& line) {
   return runs;
 }
 
-/// Edges between the outer surface and a face of a cut, in mesh vertices.
-std::vector<std::array<Index, 2>> LipEdges(const Triangles& boundary,
-                                           const std::vector<std::uint8_t>& is_cut) {
-  std::map<std::array<Index, 2>, int> sides;  // bit 0: outer, bit 1: face of a cut
+/// An edge between the outer surface and a face of a cut.
+struct LipEdge {
+  std::array<Index, 2> ends;  ///< mesh vertices
+  Index tet = -1;             ///< that has both
+};
+
+std::vector<LipEdge> LipEdges(const Triangles& boundary, const std::vector<std::uint8_t>& is_cut,
+                              const std::vector<Index>& tet_of_face) {
+  struct Seen {
+    int sides = 0;  ///< bit 0: outer, bit 1: face of a cut
+    Index tet = -1;
+  };
+  std::map<std::array<Index, 2>, Seen> seen;
   for (Index t = 0; t < boundary.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       const Index a = boundary(t, k), b = boundary(t, (k + 1) % 3);
-      sides[{std::min(a, b), std::max(a, b)}] |= is_cut[t] ? 2 : 1;
+      Seen& edge = seen[{std::min(a, b), std::max(a, b)}];
+      edge.sides |= is_cut[t] ? 2 : 1;
+      edge.tet = tet_of_face[t];
     }
-  std::vector<std::array<Index, 2>> edges;
-  for (const auto& [edge, seen] : sides)
-    if (seen == 3) edges.push_back(edge);
+  std::vector<LipEdge> edges;
+  for (const auto& [ends, edge] : seen)
+    if (edge.sides == 3) edges.push_back({ends, edge.tet});
   return edges;
+}
+
+/// A place on an edge of a lip.
+struct LipPoint {
+  const LipEdge* edge = nullptr;
+  double along = 0.0;  ///< 0 … 1
+};
+
+/// The lips of one cut as edges between numbered points.
+struct LipGraph {
+  std::vector<LipPoint> points;
+  std::vector<std::array<Index, 2>> edges;  ///< in `points`
+};
+
+/// A cut's line on the organ, in steps of 1 mm.
+struct SurfaceLine {
+  Points points;
+  /// How far the lips go beyond its first and last point: to the rim where it leaves the organ.
+  std::array<double, 2> beyond_mm{0.0, 0.0};
+};
+
+SurfaceLine LineOf(const ModelCut& cut, const SurfaceTree& uncut) {
+  SurfaceLine line{LineOnSurface(cut.line, cut.view, uncut)};
+  if (line.points.rows() == 0) return line;
+  for (const int end : {0, 1}) {
+    const Vec3 given = cut.line.points.row(end ? cut.line.points.rows() - 1 : 0).transpose();
+    const Vec3 on_organ = line.points.row(end ? line.points.rows() - 1 : 0).transpose();
+    const bool leaves = (given - on_organ).cross(cut.view).norm() > 1e-3;
+    if (leaves) line.beyond_mm[end] = 1.0;
+  }
+  return line;
+}
+
+/// Number of the line's point that is nearest to `p`.
+Index NearestOf(const Points& line, const Vec3& p) {
+  Index nearest = 0;
+  (line.rowwise() - p.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+  return nearest;
+}
+
+/// The part of an edge that lies between the two ends of the line: the mesh opens as far as its
+/// elements reach, the line says where the cut ends.
+/// @return first and last place on the edge, 0 … 1; none where all of it lies beyond
+std::optional<std::array<double, 2>> Within(const SurfaceLine& given, const Vec3& a,
+                                            const Vec3& b) {
+  const Points& line = given.points;
+  double from = 0.0, to = 1.0;
+  const Index last = line.rows() - 1, nearest = NearestOf(line, 0.5 * (a + b));
+  for (const bool start : {true, false}) {
+    if ((start ? nearest : last - nearest) > kEnd_mm) continue;
+    const Vec3 end = line.row(start ? 0 : last).transpose();
+    const Index back = std::min(kEnd_mm, last);
+    const Vec3 outwards = (end - line.row(start ? back : last - back).transpose()).normalized();
+    const double beyond_mm = given.beyond_mm[start ? 0 : 1];
+    const double at_a = outwards.dot(a - end) - beyond_mm, at_b = outwards.dot(b - end) - beyond_mm;
+    if (at_a > 0 && at_b > 0) return std::nullopt;
+    if (at_a > 0) from = std::max(from, at_a / (at_a - at_b));
+    if (at_b > 0) to = std::min(to, at_a / (at_a - at_b));
+  }
+  if (from >= to) return std::nullopt;
+  return std::array<double, 2>{from, to};
+}
+
+LipGraph LipsNear(const SurfaceLine& line, const std::vector<LipEdge>& edges, const Points& rest) {
+  LipGraph lips;
+  if (line.points.rows() < 2) return lips;
+  std::map<Index, Index> number;  // of whole vertices, which edges share
+  for (const LipEdge& edge : edges) {
+    const Vec3 a = rest.row(edge.ends[0]).transpose(), b = rest.row(edge.ends[1]).transpose();
+    const auto part = Within(line, a, b);
+    if (!part) continue;
+    const Vec3 middle = a + 0.5 * ((*part)[0] + (*part)[1]) * (b - a);
+    const Index nearest = NearestOf(line.points, middle);
+    if ((line.points.row(nearest).transpose() - middle).norm() > kNear_mm) continue;
+    std::array<Index, 2> ends;
+    for (int k = 0; k < 2; ++k) {
+      const double along = (*part)[k];
+      const bool whole = along == k;
+      const auto [known, fresh] =
+          whole ? number.insert({edge.ends[k], lips.points.size()})
+                : std::pair<std::map<Index, Index>::iterator, bool>{number.end(), true};
+      ends[k] = fresh ? static_cast<Index>(lips.points.size()) : known->second;
+      if (fresh) lips.points.push_back({&edge, along});
+    }
+    lips.edges.push_back(ends);
+  }
+  return lips;
 }
 
 /// Joins edges to lines, from end to end where there are ends.
@@ -66,15 +166,17 @@ std::vector<std::vector<Index>> Chains(const std::vector<std::array<Index, 2>>& 
   return chains;
 }
 
-/// Mesh vertices as an embedding.
-Embedding AtVertices(const std::vector<Index>& vertices, const std::vector<Index>& tet_of_vertex,
-                     const Tets& tets) {
+Embedding Bind(const std::vector<Index>& chain, const std::vector<LipPoint>& points,
+               const Tets& tets) {
   Embedding out;
-  out.weights = Weights4::Zero(vertices.size(), 4);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    out.tet.push_back(tet_of_vertex[vertices[i]]);
-    for (int c = 0; c < 4; ++c)
-      out.weights(i, c) = tets(out.tet.back(), c) == vertices[i] ? 1.0 : 0.0;
+  out.weights = Weights4::Zero(chain.size(), 4);
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    const LipPoint& point = points[chain[i]];
+    out.tet.push_back(point.edge->tet);
+    for (int c = 0; c < 4; ++c) {
+      if (tets(point.edge->tet, c) == point.edge->ends[0]) out.weights(i, c) = 1.0 - point.along;
+      if (tets(point.edge->tet, c) == point.edge->ends[1]) out.weights(i, c) = point.along;
+    }
   }
   return out;
 }
@@ -93,13 +195,6 @@ Embedding OnSurface(const Points& line, const SurfaceTree& surface, const Triang
           out.weights(i, c) += hit.weights[k];
   }
   return out;
-}
-
-double DistanceTo(const Points& line, const Vec3& p) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i < line.rows(); ++i)
-    nearest = std::min(nearest, (line.row(i).transpose() - p).norm());
-  return nearest;
 }
 
 double SmallestDistance(const SurfaceMesh& a, const SurfaceMesh& b) {
@@ -128,27 +223,19 @@ void CutView::Rebind(const RegistrationState& state) {
   const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest);
   const std::vector<std::uint8_t> is_cut = CutFaceFlags(rest, *state.uncut);
   faces_.resize(std::count(is_cut.begin(), is_cut.end(), 1), 3);
-  std::vector<Index> tet_of_vertex(state.mesh.VertexCount(), 0);
   Index faces = 0;
-  for (Index t = 0; t < all.rows(); ++t) {
+  for (Index t = 0; t < all.rows(); ++t)
     if (is_cut[t]) faces_.row(faces++) = all.row(t);
-    for (int k = 0; k < 3; ++k) tet_of_vertex[all(t, k)] = tet_of_face[t];
-  }
-  const auto edges = LipEdges(all, is_cut);
+  const std::vector<LipEdge> edges = LipEdges(all, is_cut, tet_of_face);
   const SurfaceTree surface(rest);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
-    const Points line = LineOnSurface(cut.line, cut.view, *state.uncut);
-    std::vector<std::array<Index, 2>> lips;
-    for (const auto& edge : edges) {
-      const Vec3 middle =
-          0.5 * (state.mesh.rest.row(edge[0]) + state.mesh.rest.row(edge[1])).transpose();
-      if (DistanceTo(line, middle) < kNear_mm) lips.push_back(edge);
-    }
-    for (const auto& chain : Chains(lips))
-      bound_.push_back(AtVertices(chain, tet_of_vertex, state.mesh.tets));
-    if (lips.empty())  // only proposed, or refused by the cutter
-      for (const Points& run : Runs(line))
+    const SurfaceLine line = LineOf(cut, *state.uncut);
+    const LipGraph lips = LipsNear(line, edges, state.mesh.rest);
+    for (const auto& chain : Chains(lips.edges))
+      bound_.push_back(Bind(chain, lips.points, state.mesh.tets));
+    if (lips.edges.empty())  // only proposed, or refused by the cutter
+      for (const Points& run : Runs(line.points))
         bound_.push_back(OnSurface(run, surface, all, tet_of_face, state.mesh.tets));
     lip_cuts_.resize(bound_.size(), static_cast<int>(c));
   }

@@ -16,8 +16,8 @@ class CutView {
   void Update(const RegistrationState& state);
 
   /// Cut lines on the current organ surface, N×3 in order, LPS, mm: where the mesh is cut its lips,
-  /// along one and back along the other; where a cut is only proposed its line. Parted where a line
-  /// leaves the surface.
+  /// as far as the cut's line goes (the mesh opens to the next vertex beyond); where a cut is only
+  /// proposed its line. Parted where a line leaves the surface.
   const std::vector<Points>& Lips() const { return lips_; }
   /// Number of the cut that each lip belongs to.
   const std::vector<int>& LipCuts() const { return lip_cuts_; }

@@ -97,6 +97,39 @@ TEST(CutView, LipsPartAsTheCutOpens) {
   EXPECT_EQ(view.LipCuts().size(), view.Lips().size());
 }
 
+TEST(CutView, LipsEndWhereTheLineEndsNotAtTheNextVertex) {
+  RegistrationState state;
+  state.mesh = testing::BoxMesh(Vec3(60, 30, 15), 12, 6, 3);  // elements of 5 mm
+  state.positions = state.mesh.rest;
+  state.uncut = std::make_shared<SurfaceTree>(BoundarySurface(state.mesh, state.mesh.rest));
+  ModelCut cut;
+  cut.direction = Vec3::UnitZ();
+  const double end_mm = 2.4;
+  cut.line.points.resize(2, 3);
+  cut.line.points << kAt_mm, -20, kFront_mm, kAt_mm, end_mm, kFront_mm;
+  cut.surface = ExtrudeCut(cut.line, cut.direction, 40);
+  TetCutter cutter;
+  const TopologyChange change =
+      cutter.Cut(state.mesh, cut.surface, static_cast<CutReport*>(nullptr), &state.positions);
+  ASSERT_TRUE(change.changed);
+  state.positions = change.MapVertexField(state.positions);
+  state.mesh = change.mesh;
+  state.cuts.push_back(cut);
+  CutView view;
+  view.Update(state);
+  ASSERT_FALSE(view.Lips().empty());
+  double low = 1e9, high = -1e9, length = 0;
+  for (const Points& lip : view.Lips()) {
+    low = std::min(low, lip.col(1).minCoeff());
+    high = std::max(high, lip.col(1).maxCoeff());
+    for (Index i = 0; i + 1 < lip.rows(); ++i) length += (lip.row(i + 1) - lip.row(i)).norm();
+  }
+  EXPECT_NEAR(low, -15, 0.1);
+  EXPECT_LT(high, end_mm + 0.1);
+  EXPECT_GT(high, end_mm - 2.5);
+  EXPECT_GT(length, 2 * 14.0) << "both lips";
+}
+
 TEST(CutView, AProposedCutIsALineOnTheSurface) {
   RegistrationState state = CutBlock();
   ModelCut proposed = state.cuts[0];
