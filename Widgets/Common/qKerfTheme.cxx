@@ -2,8 +2,9 @@
 
 #include <QApplication>
 #include <QPalette>
-#include <QStyleFactory>
 #include <QVariant>
+
+#include "Common/qKerfStyle.h"
 
 namespace {
 
@@ -40,6 +41,7 @@ QPushButton { background: %raised; border: 1px solid %border; border-radius: 4px
 QPushButton:hover, QToolButton:hover { border-color: %accent; }
 QPushButton:focus, QToolButton:focus { border: 1px solid %accent; }
 QPushButton:pressed { background: %border; }
+QPushButton:checked { background: %accent; color: %on_accent; border-color: %accent; }
 QPushButton:disabled { color: %faint; background: %window; }
 QPushButton[primary="true"] { background: %accent; color: %on_accent; border-color: %accent; font-weight: bold; }
 QPushButton[primary="true"]:disabled { background: %window; color: %faint; border-color: %border; }
@@ -117,7 +119,7 @@ const qKerfTheme& qKerfTheme::Current() {
 void qKerfTheme::Apply(QApplication& app, bool dark) {
   app.setProperty(kDarkProperty, dark);
   const qKerfTheme& t = Current();
-  app.setStyle(QStyleFactory::create("Fusion"));
+  app.setStyle(new qKerfStyle);
   app.setPalette(PaletteOf(t));
   QString sheet = kSheet;
   // Longer names first: %on_accent holds %accent.

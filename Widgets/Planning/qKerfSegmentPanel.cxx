@@ -64,7 +64,7 @@ void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
   labels_->horizontalHeader()->hide();
   labels_->verticalHeader()->hide();
   labels_->horizontalHeader()->setSectionResizeMode(1, QHeaderView::Stretch);
-  labels_->setColumnWidth(0, 44);
+  labels_->setColumnWidth(0, 52);
   labels_->setColumnWidth(2, 74);
   labels_->verticalHeader()->setDefaultSectionSize(26);
   labels_->setFixedHeight(3 * 26 + 2);
@@ -91,7 +91,7 @@ void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
       emit VisibilityChanged(item->row() + 1, item->checkState() == Qt::Checked);
   });
   connect(labels_, &QTableWidget::itemDoubleClicked, this, [this](QTableWidgetItem* item) {
-    const QColor now = labels_->item(item->row(), 0)->background().color();
+    const QColor now = labels_->item(item->row(), 0)->data(Qt::DecorationRole).value<QColor>();
     const QColor color = QColorDialog::getColor(now, this, tr("Colour"));
     if (color.isValid()) emit ColorChanged(item->row() + 1, color);
   });
@@ -282,7 +282,7 @@ void qKerfSegmentPanel::Show(const kerf::PlanningSession& session) {
     QTableWidgetItem* eye = labels_->item(i, 0);
     eye->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable);
     eye->setCheckState(info.visible ? Qt::Checked : Qt::Unchecked);
-    eye->setBackground(QColor(info.color[0], info.color[1], info.color[2]));
+    eye->setData(Qt::DecorationRole, QColor(info.color[0], info.color[1], info.color[2]));
     eye->setToolTip(tr("Shown or not; double click for the colour"));
     labels_->item(i, 1)->setText(QString::fromStdString(info.title));
     labels_->item(i, 2)->setText(
