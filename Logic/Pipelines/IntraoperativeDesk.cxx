@@ -13,6 +13,7 @@
 #include "Adapters/Rendering/ImageEncoding.h"
 #include "CaseIO/CaseFolder.h"
 #include "Core/Errors.h"
+#include "Pipelines/CasePlan.h"
 #include "Pipelines/ExportPipeline.h"
 #include "Pipelines/RegistrationParts.h"
 #include "Pipelines/SessionRecorder.h"
@@ -38,21 +39,6 @@ int AgeInDays(const std::string& file) {
   if (error) return 0;
   const auto age = fs::file_time_type::clock::now() - written;
   return static_cast<int>(std::chrono::duration_cast<std::chrono::hours>(age).count() / 24);
-}
-
-/// The planned resection: lines and curves of plan/*.mrk.json.
-std::vector<Points> PlannedLines(const std::string& case_folder) {
-  std::vector<Points> lines;
-  const auto opened = kerf::CaseFolder::Open(case_folder, false);
-  for (const std::string& path : opened.Paths("plan"))
-    for (const MarkupList& list : ReadMarkups(path)) {
-      if (list.type == "Fiducial" || list.points.size() < 2) continue;
-      Points line(list.points.size(), 3);
-      for (std::size_t i = 0; i < list.points.size(); ++i)
-        line.row(i) = list.points[i].position_mm.transpose();
-      lines.push_back(line);
-    }
-  return lines;
 }
 
 }  // namespace
@@ -238,27 +224,38 @@ void IntraoperativeDesk::Accept(const RunOptions& options) {
       std::make_unique<RegistrationSession>(planned_->mesh, planned_->structures, camera_, method,
                                             MakeFeatureTracker({}), MakeVideoOrganSegmenter());
   parts.uncut = planned_->organ_surface;
-  parts.planned_lines = PlannedLines(case_folder_);
+  parts.plan = ReadCasePlan(case_folder_, planned_->organ_surface);
   parts.capture = capture_;
   parts.first = resumed_;
   parts.on_snapshot = options.on_snapshot;
   session_path_.clear();
+  recording_problem_.clear();
   if (options.record) {
-    SessionFolder session;
-    session.root = MakeSessionFolder(case_folder_, Now());
-    session.case_folder = case_folder_;
-    session.source_name = fs::path(source_path_).filename().string();
-    session.pseudonym = pseudonym_;
-    session.frames_per_second = Source().nominal_fps > 0 ? Source().nominal_fps : 25.0;
-    session.hold_cuts = options.hold_cuts;
-    session.wanted_features = options.wanted_features;
-    parts.sink = std::make_unique<SessionRecorder>(session, camera_, planned_->organ_surface,
-                                                   IsVideoFile() ? source_path_ : "",
-                                                   exposure_->Description());
-    session_path_ = session.root;
+    // Surgery does not wait for a disk: without a recording the session runs all the same.
+    try {
+      parts.sink = StartRecording(options);
+    } catch (const InputError& error) {
+      parts.recording_problem = error.what();
+    }
   }
   worker_ = std::make_unique<IntraoperativeWorker>(std::move(parts));
   capture_->Resume();
+}
+
+std::unique_ptr<IntraoperativeSink> IntraoperativeDesk::StartRecording(const RunOptions& options) {
+  SessionFolder session;
+  session.root = MakeSessionFolder(case_folder_, Now());
+  session.case_folder = case_folder_;
+  session.source_name = fs::path(source_path_).filename().string();
+  session.pseudonym = pseudonym_;
+  session.frames_per_second = Source().nominal_fps > 0 ? Source().nominal_fps : 25.0;
+  session.hold_cuts = options.hold_cuts;
+  session.wanted_features = options.wanted_features;
+  auto recorder = std::make_unique<SessionRecorder>(session, camera_, planned_->organ_surface,
+                                                    IsVideoFile() ? source_path_ : "",
+                                                    exposure_->Description());
+  session_path_ = session.root;
+  return recorder;
 }
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeDesk::Latest() const {
@@ -285,7 +282,9 @@ std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame) {
 }
 
 void IntraoperativeDesk::Stop() {
-  if (worker_) worker_->Stop();
+  if (!worker_) return;
+  worker_->Stop();
+  recording_problem_ = worker_->RecordingProblem();
   worker_.reset();
 }
 

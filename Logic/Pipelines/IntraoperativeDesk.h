@@ -71,7 +71,8 @@ class IntraoperativeDesk {
     int wanted_features = 225;
     std::function<void()> on_snapshot;  ///< from the worker's thread
   };
-  /// The surgeon accepts the registration: the session begins. @throws InputError
+  /// The surgeon accepts the registration: the session begins. Where it cannot be recorded it runs
+  /// without, and the snapshots say why. @throws InputError
   void Accept(const RunOptions& options);
   bool Running() const { return worker_ != nullptr; }
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
@@ -82,6 +83,10 @@ class IntraoperativeDesk {
   std::string KeepPicture(const Image& image, int frame);
   /// Ends the run; the recording is complete afterwards.
   void Stop();
+  /// Why the last session's recording ended early; empty where all was written. After Stop().
+  const std::string& RecordingProblem() const { return recording_problem_; }
+  /// Recorded sessions of the case, newest first.
+  std::vector<std::string> Recorded() const { return RecordedSessions(case_folder_); }
   /// Of the running or the last session; empty where nothing is recorded.
   const std::string& SessionPath() const { return session_path_; }
 
@@ -99,11 +104,14 @@ class IntraoperativeDesk {
  private:
   bool IsLive() const;
   bool IsVideoFile() const;
+  /// @throws InputError when the session's folder cannot be written
+  std::unique_ptr<IntraoperativeSink> StartRecording(const RunOptions& options);
   /// Decisions that draw the cuts of a session again.
   std::vector<IntraoperativeDecision> CutsOf(const std::string& session,
                                              const Vec3& direction) const;
 
-  std::string case_folder_, pseudonym_, camera_file_, source_path_, session_path_;
+  std::string case_folder_, pseudonym_, camera_file_, source_path_, session_path_,
+      recording_problem_;
   std::shared_ptr<const PlannedCase> planned_;
   std::optional<CameraModel> intrinsics_;
   std::optional<Eigen::Isometry3d> given_pose_;

@@ -25,6 +25,7 @@
 #include "Pipelines/RegistrationParts.h"
 #include "Pipelines/Report.h"
 #include "Pipelines/ResultsWriter.h"
+#include "Pipelines/SessionFolder.h"
 #include "Pipelines/SessionReplay.h"
 #include "Session/RegistrationSession.h"
 #include "Session/TableTracker.h"

@@ -80,19 +80,35 @@ SessionFolder ReadSession(const std::string& folder) {
   return session;
 }
 
-std::vector<std::string> UnfinishedSessions(const std::string& case_folder) {
+namespace {
+
+/// Sessions that `wanted` says yes to, newest first.
+template <class Wanted>
+std::vector<std::string> SessionsOf(const std::string& case_folder, Wanted wanted) {
   std::vector<std::string> found;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(fs::path(case_folder) / "sessions", error)) {
     if (!IsSessionFolder(entry.path().string())) continue;
     try {
-      if (!ReadSession(entry.path().string()).finished && fs::exists(entry.path() / "frames.csv"))
+      if (fs::exists(entry.path() / "frames.csv") && wanted(ReadSession(entry.path().string())))
         found.push_back(entry.path().string());
     } catch (const InputError&) {  // a broken one is nothing to go on with
     }
   }
   std::sort(found.rbegin(), found.rend());
   return found;
+}
+
+}  // namespace
+
+std::vector<std::string> RecordedSessions(const std::string& case_folder) {
+  return SessionsOf(case_folder, [](const SessionFolder& session) {
+    return !ReadRecordedFrames(session.root).empty();
+  });
+}
+
+std::vector<std::string> UnfinishedSessions(const std::string& case_folder) {
+  return SessionsOf(case_folder, [](const SessionFolder& session) { return !session.finished; });
 }
 
 std::vector<RecordedFrame> ReadRecordedFrames(const std::string& session_folder) {

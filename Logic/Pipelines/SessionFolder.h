@@ -31,6 +31,8 @@ bool IsSessionFolder(const std::string& folder);
 void WriteSession(const SessionFolder& session);
 /// @throws InputError naming file and key; a newer schema is refused
 SessionFolder ReadSession(const std::string& folder);
+/// Sessions of a case in which at least one frame was recorded, newest first.
+std::vector<std::string> RecordedSessions(const std::string& case_folder);
 /// Sessions of a case that were not closed in order (a crash, a power cut), newest first.
 std::vector<std::string> UnfinishedSessions(const std::string& case_folder);
 

@@ -87,6 +87,7 @@ CutReport RegistrationSession::AcceptCut(int cut) {
   ModelCut* proposal = Cut(cut);
   if (!proposal || !proposal->held) return report;
   DropSearch();
+  const WholeOrBefore whole(&state_);
   proposal->held = false;
   decisions_.push_back({Decision::Kind::Accepted, cut, {}, {}});
   return ApplyNow(cut);
@@ -111,6 +112,7 @@ bool RegistrationSession::Reject(int cut, Decision* decision) {
 }
 
 bool RegistrationSession::RejectCut(int cut) {
+  const WholeOrBefore whole(&state_);
   Decision decision;
   DropSearch();
   if (!Reject(cut, &decision)) return false;
@@ -122,6 +124,7 @@ int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, doub
                                  CutReport* report) {
   if (line.rows() < 2 || !line.allFinite() || !(direction.norm() > 1e-9)) return -1;
   DropSearch();
+  const WholeOrBefore whole(&state_);
   const Vec3 unit = direction.normalized();
   const double depth = depth_mm > 0 ? depth_mm : ThroughDepth_mm(state_.mesh, unit);
   state_.cuts.push_back(MakeDrawnCut(line, unit, depth, state_.frame));
@@ -135,6 +138,7 @@ int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, doub
 std::string RegistrationSession::Undo() {
   if (decisions_.empty()) return {};
   DropSearch();
+  const WholeOrBefore whole(&state_);
   const Decision last = std::move(decisions_.back());
   decisions_.pop_back();
   const std::string name = "cut " + std::to_string(last.cut + 1);

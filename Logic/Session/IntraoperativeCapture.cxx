@@ -150,7 +150,7 @@ std::optional<CapturedFrame> IntraoperativeCapture::Take(double timeout_s) {
   std::unique_lock lock(shared_->mutex);
   const auto& s = *shared_;
   shared_->changed.wait_for(lock, std::chrono::duration<double>(timeout_s),
-                            [&] { return s.stop || !s.taken || (s.finished && s.taken); });
+                            [&] { return s.stop || !s.taken; });
   if (shared_->taken || !shared_->newest) return std::nullopt;
   shared_->taken = true;
   shared_->changed.notify_all();

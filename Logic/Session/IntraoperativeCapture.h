@@ -49,7 +49,7 @@ class IntraoperativeCapture {
   IntraoperativeCapture(const IntraoperativeCapture&) = delete;
   IntraoperativeCapture& operator=(const IntraoperativeCapture&) = delete;
 
-  /// The newest frame that nobody took yet; waits for it. None after `timeout_s`, or at the end.
+  /// The newest frame that nobody took yet; waits for it. None after `timeout_s`.
   std::optional<CapturedFrame> Take(double timeout_s);
   /// The newest frame of all, without taking it.
   std::optional<CapturedFrame> Newest() const;

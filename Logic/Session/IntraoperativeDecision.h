@@ -30,6 +30,9 @@ struct IntraoperativeDecision {
   double depth_mm = 0.0;          ///< DrawCut; 0: through
 };
 
+/// Event in the journal where registering threw: the frame that it names was not registered.
+inline constexpr char kRegistrationStopped[] = "registration stopped";
+
 /// Name of the event in the journal ("cut accepted").
 const char* EventName(IntraoperativeDecision::Kind kind);
 JournalData ToJournal(const IntraoperativeDecision& decision);

@@ -6,9 +6,12 @@
 #include <vector>
 
 #include "Session/IntraoperativeCapture.h"
+#include "Session/PlanDeviation.h"
 #include "Session/RegistrationSession.h"
 
 namespace kerf {
+
+struct IntraoperativeSnapshot;
 
 /// A cut as the timeline shows it.
 struct CutItem {
@@ -18,6 +21,8 @@ struct CutItem {
   double time_s = 0.0;
   double confidence = 0.0, length_mm = 0.0;
   bool drawn = false;
+  /// How it was before this cut came into the model: picture and model; null where it is not in it.
+  std::shared_ptr<const IntraoperativeSnapshot> before;
 };
 
 /// Everything that is known about one registered frame; made by the worker, never changed. The
@@ -40,6 +45,7 @@ struct IntraoperativeSnapshot {
   bool needs_confirmation = false;  ///< after a loss: off until the surgeon confirms
   Reliability reliability;
   double margin_mm = std::numeric_limits<double>::quiet_NaN();  ///< tumour to cut, NaN: no cut
+  PlanDeviation deviation;  ///< cut faces to the planned sheet; NaN: no plan or no cut
   std::vector<CutItem> cuts;
   int tetrahedra = 0;
 
@@ -48,8 +54,11 @@ struct IntraoperativeSnapshot {
   SourceState source;
   bool recording = false;
   std::string recording_problem;  ///< why it stopped, empty while all is well
-  std::string said;               ///< answer to the last decision
-  int said_number = 0;            ///< grows with every answer
+  /// Why nothing is registered any more, empty while it runs. The picture goes on; the model is the
+  /// last whole one, and the gate stays off.
+  std::string stopped;
+  std::string said;     ///< answer to the last decision
+  int said_number = 0;  ///< grows with every answer
 };
 
 }  // namespace kerf

@@ -4,12 +4,6 @@
 #include <mutex>
 #include <thread>
 
-#include "Core/Errors.h"
-#include "Geometry/EmbedPoints.h"
-#include "Registration/CutLine.h"
-#include "Registration/CutView.h"
-#include "Session/ModelView.h"
-
 namespace kerf {
 namespace {
 
@@ -19,21 +13,16 @@ constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surge
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
-double Length_mm(const Points& line) {
-  double sum = 0.0;
-  for (Index i = 0; i + 1 < line.rows(); ++i) sum += (line.row(i + 1) - line.row(i)).norm();
-  return sum;
-}
-
 }  // namespace
 
 struct IntraoperativeWorker::Implementation {
-  explicit Implementation(Parts given) : parts(std::move(given)), uncut(parts.uncut), view(uncut) {}
+  explicit Implementation(Parts given)
+      : parts(std::move(given)),
+        maker(parts.uncut, parts.plan),
+        recording_problem(parts.recording_problem) {}
 
   Parts parts;
-  SurfaceTree uncut;
-  ModelView view;
-  CutView cut_view;
+  SnapshotMaker maker;
   std::thread thread;
 
   mutable std::mutex mutex;
@@ -50,14 +39,9 @@ struct IntraoperativeWorker::Implementation {
   std::optional<Clock::time_point> off_since;
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
-  std::string recording_problem, said;
+  std::string recording_problem, said, stopped;
   int said_number = 0;
   SessionFrame last;
-  std::vector<double> cut_times_s;
-  struct BoundLines {  ///< planned and proposed lines in the mesh; remade when either changes
-    std::string of;
-    std::vector<Embedding> planned, proposed;
-  } bound;
 
   bool Stopped() const {
     const std::lock_guard lock(mutex);
@@ -78,14 +62,20 @@ struct IntraoperativeWorker::Implementation {
     WithSink([&](IntraoperativeSink& sink) { sink.Say(time_s, frames, event, data); });
   }
 
+  std::shared_ptr<const IntraoperativeSnapshot> Latest() const {
+    const std::lock_guard lock(mutex);
+    return latest;
+  }
+
   void Run();
+  void Round();
+  void GoOnWithout(const std::string& why);
   void Register(const CapturedFrame& captured);
   void CarryOut(IntraoperativeDecision decision);
   void WatchSource();
   void Gate(const SourceState& source, IntraoperativeSnapshot* out);
   std::shared_ptr<IntraoperativeSnapshot> Describe(const Frame& frame, const SessionFrame& report,
                                                    Clock::time_point captured);
-  void Lines(const RegistrationState& state, IntraoperativeSnapshot* out);
   void Publish(std::shared_ptr<const IntraoperativeSnapshot> snapshot) {
     {
       const std::lock_guard lock(mutex);
@@ -108,39 +98,18 @@ void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decis
   Say(EventName(decision.kind), ToJournal(decision));
 }
 
-void IntraoperativeWorker::Implementation::Lines(const RegistrationState& state,
-                                                 IntraoperativeSnapshot* out) {
-  cut_view.Update(state);
-  out->margin_mm = cut_view.TumourMargin_mm();
-  std::string of = std::to_string(state.mesh.TetCount());
-  for (const ModelCut& cut : state.cuts)
-    of += (cut.held ? " h" : " ") + std::to_string(cut.line.points.rows());
-  if (bound.of != of) {
-    bound = {of, {}, {}};
-    for (const Points& line : parts.planned_lines)
-      bound.planned.push_back(EmbedPoints(state.mesh, line));
-    for (const ModelCut& cut : state.cuts) {
-      if (!cut.held) continue;
-      const Points line = LineOnSurface(cut.line, cut.view, uncut);
-      if (line.rows() > 1) bound.proposed.push_back(EmbedPoints(state.mesh, line));
-    }
-  }
-  const auto now = [&](const Embedding& line) {
-    return line.Positions(state.positions, state.mesh.tets);
-  };
-  for (const Embedding& line : bound.planned) out->planned_lines.push_back(now(line));
-  for (const Embedding& line : bound.proposed) out->proposed_lines.push_back(now(line));
-  const auto& lips = cut_view.Lips();
-  const auto& lip_cuts = cut_view.LipCuts();
-  for (std::size_t i = 0; i < lips.size(); ++i)
-    if (!state.cuts[lip_cuts[i]].held) out->applied_lines.push_back(lips[i]);
-}
-
 void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
                                                 IntraoperativeSnapshot* out) {
   const auto now = Clock::now();
   out->gate = out->reliability.state;
   out->reason = out->reliability.reason;
+  out->stopped = stopped;
+  if (!stopped.empty()) {
+    out->gate = GateState::Off;
+    out->reason = "the registration has stopped: register again";
+    out->needs_confirmation = false;
+    return;
+  }
   if (!source.Usable()) {
     out->gate = GateState::Off;
     out->reason = source.message.empty() ? "no picture" : source.message;
@@ -164,35 +133,8 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
 
 std::shared_ptr<IntraoperativeSnapshot> IntraoperativeWorker::Implementation::Describe(
     const Frame& frame, const SessionFrame& report, Clock::time_point captured) {
-  const RegistrationState& state = parts.session->State();
-  auto out = std::make_shared<IntraoperativeSnapshot>();
-  out->frame = frame;
+  auto out = maker.Make(frame, report, parts.session->State());
   out->captured = captured;
-  const OrganView& organ = view.Update(state);
-  out->organ = organ.current;
-  out->organ_cut_face = organ.cut_face;
-  for (const Structure& structure : state.structures)
-    if (!structure.rest.Empty())
-      out->structures.push_back({structure.name, CurrentSurface(structure, state)});
-  Lines(state, out.get());
-  out->reliability = report.reliability;
-  out->times = report.times;
-  out->tetrahedra = state.mesh.TetCount();
-  cut_times_s.resize(state.cuts.size(), time_s);
-  for (std::size_t i = 0; i < state.cuts.size(); ++i) {
-    const ModelCut& cut = state.cuts[i];
-    CutItem item;
-    item.number = static_cast<int>(i);
-    item.state = cut.rejected ? CutItem::State::Rejected
-                 : cut.held   ? CutItem::State::Proposed
-                              : CutItem::State::Applied;
-    item.frame = cut.detected_frame;
-    item.time_s = cut_times_s[i];
-    item.confidence = cut.confidence;
-    item.length_mm = Length_mm(cut.line.points);
-    item.drawn = cut.drawn;
-    out->cuts.push_back(item);
-  }
   const auto now = Clock::now();
   done_at.push_back(now);
   while (Seconds(now - done_at.front()) > 1.0) done_at.pop_front();
@@ -228,11 +170,7 @@ void IntraoperativeWorker::Implementation::WatchSource() {
     source_kind = source.kind;
     Say(source.Usable() ? "source running" : "source lost", {{"message", source.message}});
   }
-  std::shared_ptr<const IntraoperativeSnapshot> shown;
-  {
-    const std::lock_guard lock(mutex);
-    shown = latest;
-  }
+  const auto shown = Latest();
   if (!shown || (source.Usable() && shown->said_number == said_number)) return;
   auto out = std::make_shared<IntraoperativeSnapshot>(*shown);
   out->source = source;
@@ -242,33 +180,61 @@ void IntraoperativeWorker::Implementation::WatchSource() {
   Publish(out);
 }
 
-void IntraoperativeWorker::Implementation::Run() {
+/// One look at what came: decisions first, then the newest picture.
+void IntraoperativeWorker::Implementation::Round() {
+  const auto captured = parts.capture->Take(kLook_s);
+  std::deque<IntraoperativeDecision> decisions;
+  std::deque<std::pair<std::string, JournalData>> lines;
+  {
+    const std::lock_guard lock(mutex);
+    decisions.swap(posted);
+    lines.swap(notes);
+  }
+  for (auto& decision : decisions) CarryOut(std::move(decision));
+  for (const auto& [event, data] : lines) Say(event, data);
+  if (captured) {
+    if (source_kind != SourceState::Kind::Running) WatchSource();
+    Register(*captured);
+    return;
+  }
+  WatchSource();
+  // Decisions are answered and shown while no picture comes, too.
+  if (decisions.empty() || frames == 0) return;
+  const auto shown = Latest();
+  if (shown) Publish(Describe(shown->frame, last, shown->captured));
+}
+
+/// Registering threw: no one knows what solver and tracker hold now, so nothing is registered or
+/// decided any more. The picture stays live and the state is the last whole one.
+void IntraoperativeWorker::Implementation::GoOnWithout(const std::string& why) {
+  stopped = why;
+  Say(kRegistrationStopped, {{"reason", why}});
   while (!Stopped()) {
     const auto captured = parts.capture->Take(kLook_s);
-    std::deque<IntraoperativeDecision> decisions;
-    std::deque<std::pair<std::string, JournalData>> lines;
-    {
-      const std::lock_guard lock(mutex);
-      decisions.swap(posted);
-      lines.swap(notes);
-    }
-    for (auto& decision : decisions) CarryOut(std::move(decision));
-    for (const auto& [event, data] : lines) Say(event, data);
+    const auto shown = Latest();
+    auto out = shown ? std::make_shared<IntraoperativeSnapshot>(*shown)
+                     : std::make_shared<IntraoperativeSnapshot>();
     if (captured) {
-      if (source_kind != SourceState::Kind::Running) WatchSource();
-      Register(*captured);
-    } else {
-      WatchSource();
-      // Decisions are answered and shown while no picture comes, too.
-      if (!decisions.empty() && frames > 0) {
-        std::shared_ptr<const IntraoperativeSnapshot> shown;
-        {
-          const std::lock_guard lock(mutex);
-          shown = latest;
-        }
-        Publish(Describe(shown->frame, last, shown->captured));
-      }
+      out->frame.image = captured->frame.image;
+      out->captured = captured->captured;
+    } else if (shown && shown->stopped == why) {
+      continue;
     }
+    out->source = parts.capture->State();
+    out->recording = false;
+    out->recording_problem = recording_problem;
+    Gate(out->source, out.get());
+    Publish(out);
+  }
+}
+
+void IntraoperativeWorker::Implementation::Run() {
+  try {
+    while (!Stopped()) Round();
+  } catch (const std::exception& error) {
+    GoOnWithout(error.what());
+  } catch (...) {
+    GoOnWithout("an error without a name");
   }
   if (frames > 0)
     WithSink([&](IntraoperativeSink& sink) { sink.Finish(parts.session->State(), last); });
@@ -301,8 +267,11 @@ void IntraoperativeWorker::Note(const std::string& event, const JournalData& dat
 }
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Latest() const {
-  const std::lock_guard lock(implementation_->mutex);
-  return implementation_->latest;
+  return implementation_->Latest();
+}
+
+const std::string& IntraoperativeWorker::RecordingProblem() const {
+  return implementation_->recording_problem;
 }
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 
 #include "Session/IntraoperativeDecision.h"
 #include "Session/IntraoperativeSnapshot.h"
+#include "Session/SnapshotMaker.h"
 
 namespace kerf {
 
@@ -23,15 +24,17 @@ class IntraoperativeSink {
 };
 
 /// The worker of a session: newest frame in, immutable snapshot out. Capture and display run apart
-/// and are never waited for.
+/// and are never waited for. Where registering throws, the session goes on without: the snapshot
+/// says why, the picture stays live, what was recorded is completed by Stop().
 class IntraoperativeWorker {
  public:
   struct Parts {
     std::unique_ptr<RegistrationSession> session;
-    SurfaceMesh uncut;                  ///< rest surface before any cut
-    std::vector<Points> planned_lines;  ///< at rest, mm
+    SurfaceMesh uncut;  ///< rest surface before any cut
+    PlannedCut plan;
     std::shared_ptr<IntraoperativeCapture> capture;
     std::unique_ptr<IntraoperativeSink> sink;   ///< none: nothing is recorded
+    std::string recording_problem;              ///< why there is none, where one was wanted
     std::vector<IntraoperativeDecision> first;  ///< before the second frame: cuts of a session that
                                                 ///< is taken up again
     std::function<void()> on_snapshot;          ///< from the worker's thread; must be quick
@@ -46,6 +49,8 @@ class IntraoperativeWorker {
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
   /// Ends after the frame in work; the recording is complete when this returns.
   void Stop();
+  /// Why recording ended early, empty where all was written. Only after Stop().
+  const std::string& RecordingProblem() const;
 
  private:
   struct Implementation;

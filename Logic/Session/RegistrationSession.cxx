@@ -1,5 +1,8 @@
 #include "Session/RegistrationSession.h"
 
+#include <exception>
+#include <utility>
+
 #include "Session/StageClock.h"
 
 namespace kerf {
@@ -25,6 +28,13 @@ Engine RegistrationSession::MakeEngine() {
   return Engine{*tracker_, solvers_, cutter_, clock_.get(), segmenter_.get(), &search_};
 }
 
+RegistrationSession::WholeOrBefore::WholeOrBefore(RegistrationState* state)
+    : state_(state), before_(*state), thrown_(std::uncaught_exceptions()) {}
+
+RegistrationSession::WholeOrBefore::~WholeOrBefore() {
+  if (std::uncaught_exceptions() > thrown_) std::swap(*state_, before_);
+}
+
 SessionFrame RegistrationSession::Process(const Frame& frame) {
   Engine engine = MakeEngine();
   if (!started_) {
@@ -39,7 +49,12 @@ SessionFrame RegistrationSession::Process(const Frame& frame) {
   out.time_s = frame.time_s;
   if (history_kept_) before_ = state_;
   clock_->Start();
-  out.step = Step(frame, camera_, options_, engine, &state_);
+  try {
+    out.step = Step(frame, camera_, options_, engine, &state_);
+  } catch (...) {
+    if (history_kept_) std::swap(state_, before_);
+    throw;
+  }
   out.times = clock_->Finish();
   if (history_kept_) NoteCuts(out.step);
   out.reliability = AssessReliability(state_, camera_, initially_tracked_, &out.step);

@@ -34,6 +34,10 @@ struct SessionFrame {
 /// One intraoperative registration from its first frame on: owns state and engine, measures time
 /// around the stages. The clock is only read for reports; results never depend on it.
 /// Single-threaded use.
+///
+/// Where a call throws, the state is the one before it (Process: with KeepHistory only), so that
+/// what is shown, written and exported is one whole model. Solvers and tracker may be half-way:
+/// nothing more is to be registered or decided after that.
 class RegistrationSession {
  public:
   /// @param camera with the accepted initial registration
@@ -81,6 +85,19 @@ class RegistrationSession {
     int cut = -1;
     ModelCut was;                ///< of a rejected cut
     Eigen::VectorXd refused_mm;  ///< before the rejection
+  };
+  /// Puts the state back when a decision throws half-way.
+  class WholeOrBefore {
+   public:
+    explicit WholeOrBefore(RegistrationState* state);
+    ~WholeOrBefore();
+    WholeOrBefore(const WholeOrBefore&) = delete;
+    WholeOrBefore& operator=(const WholeOrBefore&) = delete;
+
+   private:
+    RegistrationState* state_;
+    RegistrationState before_;
+    int thrown_;
   };
   Engine MakeEngine();
   void NoteCuts(const StepReport& step);

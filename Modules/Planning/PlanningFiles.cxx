@@ -9,6 +9,7 @@
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Session/ResectionFiles.h"
 
 namespace kerf {
 namespace {
@@ -39,37 +40,14 @@ std::string HashOfInput(const std::string& path, Progress& progress) {
   return Sha256OfText(hashes);
 }
 
-/// The line as Slicer shows it: a curve through its points.
+/// What planning adds to the case that `kerf plan` would write.
 void WritePlan(const CaseToSave& what, const std::string& folder) {
   CaseWriter writer = CaseWriter::Update(folder);
-  writer.Remove("plan/resection.mrk.json");
   writer.Remove("preview.png");
-  if (what.plan.line.rows() > 0) {
-    MarkupList curve{"Curve", {}};
-    for (Eigen::Index p = 0; p < what.plan.line.rows(); ++p)
-      curve.points.push_back(
-          {"resection-" + std::to_string(p + 1), what.plan.line.row(p).transpose()});
-    WriteMarkups(writer.Stage("plan/resection.mrk.json", "plan"), {curve});
-  }
+  StageResectionPlan(what.plan, &writer);
   if (!what.preview.isNull())
     what.preview.save(QString::fromStdString(writer.Stage("preview.png", "preview")));
-  auto& provenance = writer.Manifest().provenance;
-  provenance["plan_margin_mm"] = std::to_string(what.plan.margin_mm);
-  provenance["plan_depth_mm"] = std::to_string(what.plan.depth_mm);
-  for (int a = 0; a < 3; ++a)
-    provenance[std::string("plan_direction_") + "xyz"[a]] = std::to_string(what.plan.direction[a]);
   writer.Commit();
-}
-
-double NumberOf(const std::map<std::string, std::string>& provenance, const std::string& key,
-                double otherwise) {
-  const auto found = provenance.find(key);
-  if (found == provenance.end()) return otherwise;
-  try {
-    return std::stod(found->second);
-  } catch (const std::exception&) {
-    return otherwise;
-  }
 }
 
 }  // namespace
@@ -137,25 +115,11 @@ OpenedCase ReadCaseForPlanning(const std::string& folder, Progress& progress) {
   result.rest.landmarks = planned->landmarks;
   result.rest.camera = planned->camera;
   if (planned->camera) result.rest.camera_path = opened.Path("camera");
-  ResectionPlan& plan = result.rest.plan;
-  for (const std::string& path : opened.Paths("plan")) {
-    const std::string name = fs::path(path).filename().string();
-    for (const MarkupList& list : ReadMarkups(path)) {
-      if (name == "seeds.mrk.json")
+  result.rest.plan = ReadResectionPlan(opened);
+  for (const std::string& path : opened.Paths("plan"))
+    if (fs::path(path).filename() == "seeds.mrk.json")
+      for (const MarkupList& list : ReadMarkups(path))
         result.rest.seeds.insert(result.rest.seeds.end(), list.points.begin(), list.points.end());
-      if (name != "resection.mrk.json") continue;
-      plan.line.resize(static_cast<Eigen::Index>(list.points.size()), 3);
-      for (std::size_t p = 0; p < list.points.size(); ++p)
-        plan.line.row(static_cast<Eigen::Index>(p)) = list.points[p].position_mm.transpose();
-    }
-  }
-  const auto& provenance = opened.Manifest().provenance;
-  plan.margin_mm = NumberOf(provenance, "plan_margin_mm", plan.margin_mm);
-  plan.depth_mm = NumberOf(provenance, "plan_depth_mm", plan.depth_mm);
-  for (int a = 0; a < 3; ++a)
-    plan.direction[a] =
-        NumberOf(provenance, std::string("plan_direction_") + "xyz"[a], plan.direction[a]);
-  plan.follows_surface = false;  // the saved direction stays
   result.rest.folder = folder;
   result.rest.dirty = false;
   result.planned = planned;

@@ -69,10 +69,17 @@ class CheckedSource : public VideoSource {
     ++index_;
     return frame;
   }
+  bool GoTo(int index) override {
+    if (index < 0 || !Place(index)) return false;
+    ahead_.clear();
+    index_ = index;
+    return true;
+  }
   int Width() const override { return width_; }
   int Height() const override { return height_; }
 
  protected:
+  virtual bool Place(int index) = 0;
   virtual std::optional<Image> Read() = 0;
   /// What to say when reading ended after `delivered` frames; empty when that is the proper end.
   virtual std::string MissingAfter(int delivered) const = 0;
@@ -115,6 +122,12 @@ class StreamSource : public CheckedSource {
   int FrameCount() const override { return count_; }
 
  protected:
+  bool Place(int index) override {
+    if (count_ < 0 || !capture_.set(cv::CAP_PROP_POS_FRAMES, index)) return false;
+    packets_.release();  // packets are placed at key frames only
+    read_ = index;
+    return true;
+  }
   std::optional<Image> Read() override {
     cv::Mat mat;
     if (!capture_.read(mat) || mat.empty()) return std::nullopt;
@@ -160,6 +173,10 @@ class SequenceSource : public CheckedSource {
   int FrameCount() const override { return static_cast<int>(sequence_.files.size()); }
 
  protected:
+  bool Place(int index) override {
+    next_ = static_cast<std::size_t>(index);
+    return true;
+  }
   std::optional<Image> Read() override {
     if (next_ >= sequence_.files.size()) return std::nullopt;
     std::optional<Image> image = ReadImageFile(sequence_.files[next_]);

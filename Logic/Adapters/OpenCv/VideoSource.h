@@ -21,6 +21,9 @@ class VideoSource : public FrameSource {
   bool Broken() const { return !break_report_.empty(); }
   /// A sentence that names the source and the first missing frame; empty unless Broken().
   const std::string& BreakReport() const { return break_report_; }
+  /// Goes to a frame, so that Next() reads it. @return false where the source cannot be placed; it
+  /// is where it was then
+  virtual bool GoTo(int index) = 0;
 
  protected:
   std::string break_report_;

@@ -96,6 +96,23 @@ TEST(Video, DecodingIsDeterministic) {
   }
 }
 
+TEST(Video, AnyFrameIsFoundAgain) {
+  Scratch folder("place");
+  WriteVideo(folder / "v.mp4", 60);
+  const auto video = OpenVideo(folder / "v.mp4"), reader = OpenVideo(folder / "v.mp4");
+  std::vector<Frame> frames;
+  while (auto frame = reader->Next()) frames.push_back(*frame);
+  ASSERT_EQ(frames.size(), 60u);
+  for (const int wanted : {40, 41, 3, 59, 0, 27}) {
+    ASSERT_TRUE(video->GoTo(wanted));
+    const auto frame = video->Next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->index, wanted);
+    EXPECT_EQ(frame->image->data, frames[wanted].image->data) << "frame " << wanted;
+  }
+  EXPECT_FALSE(video->GoTo(-1));
+}
+
 TEST(Video, UnfinishedWritingLeavesNothing) {
   Scratch folder("unfinished");
   {

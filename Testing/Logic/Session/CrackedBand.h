@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 
 #include "Session/RegistrationSession.h"
 #include "Support/TestMeshes.h"
@@ -55,11 +56,13 @@ class CrackTracker : public FeatureTracker {
     return features;
   }
   void Track(const Frame& frame, FeatureSet* features) override {
+    if (frame.index >= throw_at) throw std::runtime_error("the tracker broke");
     for (Index i = 0; i < features->Size(); ++i)
       features->pixels.row(i) =
           camera_.Project(CrackMotion(rest_[i], std::min(frame.index, stop_at))).transpose();
   }
-  int stop_at = 1 << 20;  ///< the motion halts here
+  int stop_at = 1 << 20;   ///< the motion halts here
+  int throw_at = 1 << 20;  ///< from here on it cannot track any more
 
  private:
   CameraModel camera_ = BandCamera();
@@ -68,9 +71,11 @@ class CrackTracker : public FeatureTracker {
 
 /// A session over the band, with a handle on its tracker.
 struct BandRun {
-  explicit BandRun(bool history = true, bool hold = false, int stop_at = 1 << 20) {
+  explicit BandRun(bool history = true, bool hold = false, int stop_at = 1 << 20,
+                   int throw_at = 1 << 20) {
     auto tracker = std::make_unique<CrackTracker>();
     tracker->stop_at = stop_at;
+    tracker->throw_at = throw_at;
     MethodOptions options;
     options.hold_cuts = hold;
     session = std::make_unique<RegistrationSession>(BandMesh(3000), std::vector<Structure>(),

@@ -86,12 +86,12 @@ class BandSource : public FrameSource {
 };
 
 struct Scene {
-  explicit Scene(bool hold, int full_at = 1 << 20) {
+  explicit Scene(bool hold, int full_at = 1 << 20, int throw_at = 1 << 20) {
     log->full_at = full_at;
     CaptureOptions options;
     options.live = true;
     IntraoperativeWorker::Parts parts;
-    BandRun run(true, hold);
+    BandRun run(true, hold, 1 << 20, throw_at);
     parts.session = std::move(run.session);
     parts.uncut = BoundarySurface(BandMesh(3000), BandMesh(3000).rest);
     auto flag = hang;
@@ -180,6 +180,41 @@ TEST(Worker, AFullDiskEndsTheRecordingNotTheSession) {
   const int frame = scene.worker->Latest()->frame.index;
   EXPECT_TRUE(scene.Sees(5, [&](const auto& s) { return s.frame.index > frame + 5; }));
   EXPECT_EQ(scene.log->recorded, 10);
+}
+
+TEST(Worker, WhatThrowsEndsTheRegistrationAndNothingElse) {
+  Scene scene(false, 1 << 20, 20);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return !s.stopped.empty(); }));
+  const auto stopped = scene.worker->Latest();
+  EXPECT_EQ(stopped->stopped, "the tracker broke");
+  EXPECT_EQ(stopped->gate, GateState::Off);
+  EXPECT_FALSE(stopped->recording);
+  EXPECT_EQ(stopped->frame.index, 19);  // the last model that is whole
+  EXPECT_GT(stopped->organ.points.rows(), 0);
+  const auto captured = stopped->captured;
+  EXPECT_TRUE(scene.Sees(5, [&](const auto& s) { return s.captured > captured; }))
+      << "the picture must go on";
+  scene.Post(Kind::Undo);  // nobody answers, nothing happens
+  scene.worker->Stop();
+  EXPECT_TRUE(scene.log->Has(kRegistrationStopped));
+  EXPECT_TRUE(scene.log->finished) << "what was recorded is completed";
+  EXPECT_EQ(scene.worker->RecordingProblem(), "");
+  EXPECT_EQ(scene.log->frames.size(), 20u);
+}
+
+TEST(Worker, TheStateBeforeACutIsKept) {
+  Scene scene(true);
+  ASSERT_TRUE(scene.Sees(20, [](const auto& s) { return !s.cuts.empty(); }));
+  EXPECT_EQ(scene.worker->Latest()->cuts[0].before, nullptr);
+  const int uncut = scene.worker->Latest()->tetrahedra;
+  scene.Post(Kind::AcceptCut, 0);
+  ASSERT_TRUE(scene.Sees(5, [](const auto& s) { return s.cuts[0].before != nullptr; }));
+  const auto now = scene.worker->Latest();
+  EXPECT_EQ(now->cuts[0].before->tetrahedra, uncut);
+  EXPECT_LE(now->cuts[0].before->frame.index, now->frame.index);
+  EXPECT_NE(now->cuts[0].before->gate, GateState::Off);
+  scene.Post(Kind::RejectCut, 0);
+  EXPECT_TRUE(scene.Sees(5, [](const auto& s) { return s.cuts[0].before == nullptr; }));
 }
 
 }  // namespace
