@@ -1,5 +1,8 @@
 #include "Intraoperative/OverlayPainter.h"
 
+#include <cmath>
+#include <cstdio>
+
 #include "Adapters/OpenCv/ImageMasks.h"
 #include "Adapters/Rendering/OverlayRenderer.h"
 
@@ -48,6 +51,12 @@ Image OverlayPainter::Paint(const IntraoperativeSnapshot& snapshot) {
   scene.status.tumour_u95_mm = snapshot.reliability.tumour_u95_mm;
   scene.status.margin_mm = snapshot.margin_mm;
   scene.status.margin_alarm_mm = margin_alarm_mm_;
+  if (snapshot.gate != GateState::Off && std::isfinite(snapshot.deviation.mean_mm)) {
+    char note[64];
+    std::snprintf(note, sizeof note, "plan to cut %.1f mm, at most %.1f",
+                  snapshot.deviation.mean_mm, snapshot.deviation.max_mm);
+    scene.status.note = note;
+  }
   return renderer_->Render(scene);
 }
 

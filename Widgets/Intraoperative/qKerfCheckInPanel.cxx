@@ -1,5 +1,6 @@
 #include "Intraoperative/qKerfCheckInPanel.h"
 
+#include <QComboBox>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QHBoxLayout>
@@ -8,6 +9,8 @@
 #include <QListWidget>
 #include <QPushButton>
 #include <QVBoxLayout>
+
+#include "Common/qKerfTheme.h"
 
 namespace {
 
@@ -57,6 +60,15 @@ qKerfCheckInPanel::qKerfCheckInPanel(QWidget* parent) : QWidget(parent) {
   items_->setSelectionMode(QAbstractItemView::NoSelection);
   layout->addWidget(items_, 1);
 
+  auto* recorded_row = new QHBoxLayout;
+  recorded_ = new QComboBox;
+  recorded_->setObjectName("recorded");
+  recorded_->setToolTip(tr("Sessions of this case"));
+  play_ = new QPushButton(tr("Play a session"));
+  play_->setObjectName("play_recorded");
+  recorded_row->addWidget(recorded_, 1);
+  recorded_row->addWidget(play_);
+  layout->addLayout(recorded_row);
   resume_ = new QPushButton;
   resume_->setObjectName("resume");
   resume_->hide();
@@ -81,6 +93,9 @@ qKerfCheckInPanel::qKerfCheckInPanel(QWidget* parent) : QWidget(parent) {
   });
   connect(go_on_, &QPushButton::clicked, this, &qKerfCheckInPanel::GoOn);
   connect(resume_, &QPushButton::clicked, this, [this] { emit ResumeWanted(resume_session_); });
+  connect(play_, &QPushButton::clicked, this,
+          [this] { emit PlayWanted(recorded_->currentData().toString()); });
+  OfferRecorded({});
 }
 
 QString qKerfCheckInPanel::Confirmed() const { return confirmed_->text().trimmed(); }
@@ -107,9 +122,9 @@ void qKerfCheckInPanel::SetItems(const std::vector<kerf::CheckInItem>& items, bo
                          : item.level == Level::Warning ? QString::fromUtf8("⚠")
                                                         : QString::fromUtf8("✗");
     auto* row = new QListWidgetItem(sign + "  " + QString::fromStdString(item.text));
-    row->setForeground(item.level == Level::Ok        ? QColor(80, 200, 120)
-                       : item.level == Level::Warning ? QColor(255, 190, 60)
-                                                      : QColor(255, 110, 100));
+    row->setForeground(item.level == Level::Ok        ? qKerfTheme::Current().good
+                       : item.level == Level::Warning ? qKerfTheme::Current().warning
+                                                      : qKerfTheme::Current().problem);
     items_->addItem(row);
   }
 }
@@ -120,4 +135,14 @@ void qKerfCheckInPanel::OfferResume(const std::vector<std::string>& sessions) {
   resume_session_ = QString::fromStdString(sessions.front());
   resume_->setText(
       tr("Session %1 was broken off: take it up again").arg(QFileInfo(resume_session_).fileName()));
+}
+
+void qKerfCheckInPanel::OfferRecorded(const std::vector<std::string>& sessions) {
+  recorded_->clear();
+  for (const std::string& session : sessions) {
+    const QString path = QString::fromStdString(session);
+    recorded_->addItem(QFileInfo(path).fileName(), path);
+  }
+  recorded_->setVisible(!sessions.empty());
+  play_->setVisible(!sessions.empty());
 }

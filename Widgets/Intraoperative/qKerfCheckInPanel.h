@@ -24,6 +24,8 @@ class qKerfCheckInPanel : public QWidget {
   void SetItems(const std::vector<kerf::CheckInItem>& items, bool may_go_on);
   /// @param sessions unfinished ones, newest first; empty hides the offer
   void OfferResume(const std::vector<std::string>& sessions);
+  /// @param sessions that can be played, newest first; empty hides the offer
+  void OfferRecorded(const std::vector<std::string>& sessions);
 
  signals:
   void SourceWanted(const QString& path);
@@ -31,12 +33,14 @@ class qKerfCheckInPanel : public QWidget {
   void ConfirmedChanged();
   void GoOn();
   void ResumeWanted(const QString& session);
+  void PlayWanted(const QString& session);
 
  private:
   QLabel* case_;
   QLineEdit *confirmed_, *source_, *camera_;
   QListWidget* items_;
-  QPushButton *go_on_, *resume_;
+  QPushButton *go_on_, *resume_, *play_;
+  QComboBox* recorded_;
   QString resume_session_;
   std::vector<kerf::CheckInItem> shown_;
 };

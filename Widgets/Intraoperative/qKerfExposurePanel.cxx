@@ -9,6 +9,7 @@
 #include <QVBoxLayout>
 #include <cmath>
 
+#include "Common/qKerfTheme.h"
 #include "Pipelines/ExposureRegistration.h"
 
 namespace {
@@ -114,8 +115,8 @@ void qKerfExposurePanel::Update(const kerf::ExposureRegistration& exposure, doub
     const auto number = [](double v) { return std::isfinite(v) ? QString::number(v, 'f', 1) : ""; };
     table_->item(row, kPixels)->setText(landmark.pixel ? number(landmark.residual_px) : "");
     table_->item(row, kMillimetres)->setText(landmark.pixel ? number(landmark.residual_mm) : "");
-    const QColor color = landmark.outlier    ? QColor(255, 110, 100)
-                         : landmark.excluded ? QColor(150, 150, 150)
+    const QColor color = landmark.outlier    ? qKerfTheme::Current().problem
+                         : landmark.excluded ? qKerfTheme::Current().faint
                                              : palette().color(QPalette::Text);
     for (int column = 0; column < 4; ++column) table_->item(row, column)->setForeground(color);
   }

@@ -154,6 +154,7 @@ void qKerfIntraoperativeWidget::Accept() {
     desk_.Accept(options);
     shown_.reset();
     shown_at_.clear();
+    stopped_.clear();
     painter_.reset();  // with the accepted camera
     SetOverlay(true);
     ShowStep(Run);

@@ -1,12 +1,10 @@
-// Run and close: the part of the page that shows the overlay and takes decisions.
+// Run and close: the part of the page that takes decisions.
 #include <QLabel>
 #include <QLineF>
 #include <QListWidget>
 #include <QPushButton>
-#include <cmath>
 
-#include "Adapters/Rendering/VirtualDisplay.h"
-#include "Intraoperative/OverlayPainter.h"
+#include "Common/qKerfTheme.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfRunPanel.h"
 #include "Intraoperative/qKerfVideoView.h"
@@ -20,18 +18,6 @@ constexpr double kStrokeStep_px = 4.0;
 }  // namespace
 
 void qKerfIntraoperativeWidget::ConnectRun() {
-  connect(run_, &qKerfRunPanel::PresetChanged, this, &qKerfIntraoperativeWidget::SetPreset);
-  connect(run_, &qKerfRunPanel::OpacityChanged, this, [this](double opacity) {
-    if (!painter_) return;
-    kerf::OverlayOptions options = painter_->Options();
-    options.organ_opacity = opacity;
-    painter_->SetOptions(options);
-    shown_.reset();
-  });
-  connect(run_, &qKerfRunPanel::MarginAlarmChanged, this, [this](double mm) {
-    if (painter_) painter_->SetMarginAlarm(mm);
-  });
-  connect(run_, &qKerfRunPanel::OverlayToggled, this, &qKerfIntraoperativeWidget::SetOverlay);
   connect(run_, &qKerfRunPanel::HoldChanged, this, [this](bool hold) {
     if (desk_.Running()) Post(hold ? Kind::HoldCuts : Kind::TakeCuts);
   });
@@ -45,15 +31,7 @@ void qKerfIntraoperativeWidget::ConnectRun() {
   connect(run_, &qKerfRunPanel::StopWanted, this, &qKerfIntraoperativeWidget::EndSession);
 
   connect(view_, &qKerfVideoView::Pressed, this, [this](const QPointF& at, Qt::MouseButton button) {
-    if (step_ != Run || button != Qt::LeftButton) return;
-    if (drawing_) {
-      stroke_ = QPolygonF() << at;
-    } else if (painter_ && painter_->Options().preset == kerf::OverlayPreset::SeeThrough) {
-      kerf::OverlayOptions options = painter_->Options();  // the window goes where one clicks
-      options.window_px = kerf::Vec2(at.x(), at.y());
-      painter_->SetOptions(options);
-      shown_.reset();
-    }
+    if (step_ == Run && button == Qt::LeftButton && drawing_) stroke_ = QPolygonF() << at;
   });
   connect(view_, &qKerfVideoView::Dragged, this,
           [this](const QPointF&, const QPointF& to, Qt::MouseButtons, Qt::KeyboardModifiers) {
@@ -88,23 +66,6 @@ void qKerfIntraoperativeWidget::DecideOnCut(bool accept) {
   if (cut >= 0) Post(accept ? Kind::AcceptCut : Kind::RejectCut, cut);
 }
 
-void qKerfIntraoperativeWidget::SetPreset(kerf::OverlayPreset preset) {
-  run_->SetPreset(preset);
-  if (!painter_) return;
-  kerf::OverlayOptions options = painter_->Options();
-  options.preset = preset;
-  options.window_px.reset();
-  painter_->SetOptions(options);
-  shown_.reset();
-}
-
-void qKerfIntraoperativeWidget::SetOverlay(bool on) {
-  overlay_on_ = on;
-  run_->SetOverlay(on);
-  view_->SetBanner(on ? QString() : tr("OVERLAY OFF  (O)"));
-  shown_.reset();
-}
-
 void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
   drawing_ = drawing && step_ == Run;
   run_->SetDrawing(drawing_);
@@ -116,54 +77,23 @@ void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
 void qKerfIntraoperativeWidget::TickRun() {
   const auto latest = desk_.Latest();
   if (!latest || latest == shown_) return;
-  Try([&] {
-    std::string why_not;
-    if (!painter_ && kerf::RenderingAvailable(&why_not)) {
-      painter_ = std::make_unique<kerf::OverlayPainter>(desk_.Camera());
-      painter_->SetMarginAlarm(run_->MarginAlarm_mm());
-    }
-    const bool new_picture = !shown_ || shown_->captured != latest->captured;
-    shown_ = latest;
-    if (painter_ && overlay_on_)
-      view_->SetPicture(painter_->Paint(*latest));
-    else if (latest->frame.image)
-      view_->SetPicture(*latest->frame.image);
-    if (raw_->isVisible() && latest->frame.image) raw_->SetPicture(*latest->frame.image);
-    run_->Update(*latest);
-    ShowLamp(*latest);
+  const bool new_picture = !shown_ || shown_->captured != latest->captured;
+  Show(latest, desk_.Camera());
+  run_->Update(*latest);
+  if (new_picture) {
     const auto now = Clock::now();
-    if (new_picture) {
-      shown_at_.push_back(now);
-      while (now - shown_at_.front() > std::chrono::seconds(1)) shown_at_.pop_front();
-      latency_ms_ = std::chrono::duration<double, std::milli>(now - latest->captured).count();
-    }
-    ShowFigures(latest->source, latest->registered_fps);
-  });
-}
-
-void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& snapshot) {
-  const bool green = snapshot.gate == kerf::GateState::Green;
-  const bool amber = snapshot.gate == kerf::GateState::Amber;
-  QString text = green ? tr("OVERLAY OK") : amber ? tr("CAUTION") : tr("OVERLAY OFF");
-  if (!green) text += ": " + QString::fromStdString(snapshot.reason);
-  if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
-    text += tr("   tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
-  lamp_->setText(text);
-  lamp_->setStyleSheet(QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
-                               "background: %2;")
-                           .arg(amber ? "black" : "white", green   ? "#1f7a3d"
-                                                           : amber ? "#ffbe3c"
-                                                                   : "#b3261e"));
-  if (std::isfinite(snapshot.margin_mm)) {
-    const bool alarm = snapshot.margin_mm < run_->MarginAlarm_mm();
-    margin_->setText(tr("tumour – cut %1 mm").arg(snapshot.margin_mm, 0, 'f', 1));
-    margin_->setStyleSheet(alarm ? "font-size: 16pt; font-weight: bold; color: white; "
-                                   "background: #b3261e; padding: 4px;"
-                                 : "font-size: 16pt; font-weight: bold; padding: 4px;");
-  } else {
-    margin_->clear();
-    margin_->setStyleSheet(QString());
+    shown_at_.push_back(now);
+    while (now - shown_at_.front() > std::chrono::seconds(1)) shown_at_.pop_front();
+    latency_ms_ = std::chrono::duration<double, std::milli>(now - latest->captured).count();
   }
+  ShowFigures(latest->source, latest->registered_fps);
+  if (latest->stopped == stopped_) return;
+  stopped_ = latest->stopped;
+  if (!stopped_.empty())
+    services_.say_problem(
+        tr("The registration has stopped: %1. What was recorded is kept. Register "
+           "again (step 2), or end the session.")
+            .arg(QString::fromStdString(stopped_)));
 }
 
 void qKerfIntraoperativeWidget::KeepSnapshot() {
@@ -188,13 +118,21 @@ void qKerfIntraoperativeWidget::EndSession() {
     desk_.Stop();
     exported_->clear();
     const QString path = QString::fromStdString(desk_.SessionPath());
+    const QString problem = QString::fromStdString(desk_.RecordingProblem()).toHtmlEscaped();
     export_->setEnabled(!path.isEmpty());
-    close_text_->setText(path.isEmpty()
-                             ? tr("The session was not recorded.")
-                             : tr("<b>The session is complete.</b><br>%1<br><br>Its report is "
-                                  "report.html. It can be played again with<br><code>kerf replay "
-                                  "%1 --output results</code>")
-                                   .arg(path.toHtmlEscaped()));
+    play_session_->setEnabled(!path.isEmpty());
+    close_text_->setText(
+        (path.isEmpty()       ? tr("<b>The session was not recorded.</b>")
+         : !problem.isEmpty() ? tr("<b>The recording ended early.</b> What was written up to then "
+                                   "is whole:<br>%1")
+                                    .arg(path.toHtmlEscaped())
+                              : tr("<b>The session is complete.</b><br>%1<br><br>Its report is "
+                                   "report.html. <code>kerf replay</code> of this folder gives the "
+                                   "same results again.")
+                                    .arg(path.toHtmlEscaped())) +
+        (problem.isEmpty() ? QString()
+                           : QString("<br><span style='color:%1'>%2</span>")
+                                 .arg(qKerfTheme::Current().problem.name(), problem)));
     ShowStep(Close);
     lamp_->setText(tr("Session ended"));
   });

@@ -10,22 +10,20 @@
 #include <QVBoxLayout>
 #include <cmath>
 
-#include "Adapters/Rendering/VirtualDisplay.h"
 #include "Intraoperative/OverlayPainter.h"
 #include "Intraoperative/qKerfCheckInPanel.h"
 #include "Intraoperative/qKerfExposurePanel.h"
+#include "Intraoperative/qKerfOverlayLook.h"
+#include "Intraoperative/qKerfReviewPanel.h"
 #include "Intraoperative/qKerfRunPanel.h"
+#include "Intraoperative/qKerfTimeline.h"
 #include "Intraoperative/qKerfVideoView.h"
+#include "Pipelines/SessionPlayback.h"
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr int kTick_ms = 8;
 constexpr int kSide_px = 380;
-
-double Milliseconds(Clock::duration d) {
-  return std::chrono::duration<double, std::milli>(d).count();
-}
 
 }  // namespace
 
@@ -48,6 +46,8 @@ qKerfIntraoperativeWidget::qKerfIntraoperativeWidget(Services services, QWidget*
   ConnectCheckIn();
   ConnectExposure();
   ConnectRun();
+  ConnectReview();
+  ConnectLook();
   ShowStep(CheckIn);
   connect(&timer_, &QTimer::timeout, this, &qKerfIntraoperativeWidget::Tick);
   timer_.start(kTick_ms);
@@ -75,6 +75,7 @@ void qKerfIntraoperativeWidget::MakeLayout() {
     row->addWidget(steps_[i]);
   }
   side->addLayout(row);
+  side->addWidget(look_ = new qKerfOverlayLook);
   pages_ = new QStackedWidget;
   pages_->addWidget(check_in_ = new qKerfCheckInPanel);
   pages_->addWidget(exposure_ = new qKerfExposurePanel);
@@ -90,10 +91,14 @@ void qKerfIntraoperativeWidget::MakeLayout() {
   export_->setObjectName("export");
   export_->setMinimumHeight(44);
   close->addWidget(export_);
+  play_session_ = new QPushButton(tr("Play the session"));
+  play_session_->setObjectName("play_session");
+  close->addWidget(play_session_);
   exported_ = new QListWidget;
   exported_->setObjectName("exported");
   close->addWidget(exported_, 1);
   pages_->addWidget(close_);
+  pages_->addWidget(review_ = new qKerfReviewPanel);
   side->addWidget(pages_, 1);
   layout->addWidget(side_);
 
@@ -106,25 +111,32 @@ void qKerfIntraoperativeWidget::MakeLayout() {
   raw_->setObjectName("raw_view");
   raw_->SetBanner(tr("RAW VIDEO"));
   raw_->hide();
-  views_->addWidget(view_);
-  views_->addWidget(raw_);
+  before_ = new qKerfVideoView;
+  before_->setObjectName("before_view");
+  before_->hide();
+  for (auto* view : {view_, before_, raw_}) views_->addWidget(view);
   right->addWidget(views_, 1);
+  right->addWidget(timeline_ = new qKerfTimeline);
   auto* strip = new QHBoxLayout;
   lamp_ = new QLabel;
   lamp_->setObjectName("lamp");
-  lamp_->setMinimumWidth(420);
-  lamp_->setWordWrap(true);
-  lamp_->setMinimumHeight(58);
+  // Wrapped, so that no figure makes the window wider than the screen.
+  lamp_->setMinimumWidth(280);
+  lamp_->setMinimumHeight(64);
   margin_ = new QLabel;
   margin_->setObjectName("margin");
   margin_->setAlignment(Qt::AlignCenter);
+  margin_->setTextFormat(Qt::RichText);
   figures_ = new QLabel;
   figures_->setObjectName("figures");
   figures_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
-  figures_->setStyleSheet("font-size: 12pt;");
-  strip->addWidget(lamp_, 3);
-  strip->addWidget(margin_, 2);
-  strip->addWidget(figures_, 2);
+  figures_->setStyleSheet("font-size: 11pt;");
+  for (QLabel* label : {lamp_, margin_, figures_}) label->setWordWrap(true);
+  margin_->setMinimumWidth(230);
+  figures_->setMinimumWidth(200);
+  strip->addWidget(lamp_, 4);
+  strip->addWidget(margin_, 3);
+  strip->addWidget(figures_, 3);
   right->addLayout(strip);
   layout->addLayout(right, 1);
 
@@ -171,6 +183,10 @@ void qKerfIntraoperativeWidget::MakeKeys() {
     desk_.Mark("key");
     services_.say(tr("Marked."));
   });
+  key("before", tr("Before the cut, beside"), Qt::Key_V, [this] { SetBefore(!before_on_); });
+  key("play", tr("Play a recorded session"), Qt::Key_Space, [this] { SetPlaying(!playing_); });
+  key("back", tr("One picture back"), Qt::Key_Left, [this] { SeekTo(review_frame_ - 1); });
+  key("on", tr("One picture on"), Qt::Key_Right, [this] { SeekTo(review_frame_ + 1); });
 }
 
 void qKerfIntraoperativeWidget::Try(const std::function<void()>& work) {
@@ -214,7 +230,6 @@ void qKerfIntraoperativeWidget::OpenCase(const QString& folder) {
           desk_.OpenCase(folder.toStdString(), *planned);
           check_in_->SetCase(folder, QString::fromStdString(desk_.Pseudonym()));
           check_in_->SetCamera(QString::fromStdString(desk_.CameraFile()));
-          check_in_->OfferResume(desk_.Unfinished());
           shown_.reset();
           ShowStep(CheckIn);
           emit CaseOpened(folder);
@@ -233,9 +248,10 @@ void qKerfIntraoperativeWidget::OpenSource(const QString& path) {
 void qKerfIntraoperativeWidget::UseCamera(const QString& file) {
   Try([&] {
     desk_.UseCamera(file.toStdString());
-    check_in_->SetCamera(file);
     painter_.reset();
   });
+  // Where the file is no calibration, the one before it stays.
+  check_in_->SetCamera(QString::fromStdString(desk_.CameraFile()));
 }
 
 qKerfIntraoperativeWidget::Step qKerfIntraoperativeWidget::CurrentStep() const { return step_; }
@@ -248,8 +264,21 @@ void qKerfIntraoperativeWidget::ShowStep(Step step) {
     steps_[i]->setEnabled(i == step || (i == CheckIn && !desk_.Running()) ||
                           (i == Exposure && step == Run));
   }
+  const bool overlay = step == Run || step == Review;
+  look_->setVisible(overlay);
+  timeline_->setVisible(step == Review);
+  if (!overlay) before_->hide();
+  if (step != Review) {
+    playing_ = false;
+    playback_.reset();
+  }
+  if (step == CheckIn && desk_.HasCase()) {
+    check_in_->OfferResume(desk_.Unfinished());
+    check_in_->OfferRecorded(desk_.Recorded());
+  }
   SetDrawing(false);
   view_->SetMarkers({});
+  if (!overlay) view_->SetBanner(QString());
   if (step != Run) {
     margin_->clear();
     lamp_->setStyleSheet("font-size: 16pt; font-weight: bold; padding: 4px;");
@@ -271,6 +300,9 @@ void qKerfIntraoperativeWidget::Tick() {
       break;
     case Close:
       break;
+    case Review:
+      TickReview();
+      break;
   }
 }
 
@@ -285,33 +317,4 @@ void qKerfIntraoperativeWidget::TickCheckIn() {
   }
   lamp_->setText(tr("Research use, not a medical device."));
   ShowFigures(desk_.Source(), 0.0);
-}
-
-void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,
-                                            double registered_fps) {
-  QString text = tr("video %1/s").arg(source.fps, 0, 'f', 0);
-  if (registered_fps > 0)
-    text += tr(" · registered %1/s · shown %2/s<br>latency %3 ms · dropped %4")
-                .arg(registered_fps, 0, 'f', 0)
-                .arg(ShownPerSecond(), 0, 'f', 0)
-                .arg(latency_ms_, 0, 'f', 0)
-                .arg(source.dropped);
-  figures_->setText(text);
-}
-
-double qKerfIntraoperativeWidget::ShownPerSecond() const {
-  int recent = 0;
-  const auto now = Clock::now();
-  for (const auto& t : shown_at_) recent += Milliseconds(now - t) <= 1000.0;
-  return recent;
-}
-
-void qKerfIntraoperativeWidget::SetRawBeside(bool beside) { raw_->setVisible(beside); }
-
-void qKerfIntraoperativeWidget::SetFullScreen(bool full) {
-  full_ = full;
-  side_->setVisible(!full);
-  QWidget* top = window();
-  top->setWindowState(full ? top->windowState() | Qt::WindowFullScreen
-                           : top->windowState() & ~Qt::WindowFullScreen);
 }

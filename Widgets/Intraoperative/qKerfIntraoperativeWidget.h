@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 
+#include "Adapters/Rendering/OverlayScene.h"
 #include "Pipelines/IntraoperativeDesk.h"
 
 class QAction;
@@ -18,15 +19,19 @@ class QSplitter;
 class QStackedWidget;
 class qKerfCheckInPanel;
 class qKerfExposurePanel;
+class qKerfOverlayLook;
+class qKerfReviewPanel;
 class qKerfRunPanel;
+class qKerfTimeline;
 class qKerfVideoView;
 
 namespace kerf {
 class OverlayPainter;
-enum class OverlayPreset;
+class SessionPlayback;
 }  // namespace kerf
 
-/// The Intraoperative module's page: check-in, exposure, run, close, beside the picture. Long work
+/// The Intraoperative module's page: check-in, exposure, run, close, and a look back at recorded
+/// sessions, beside the picture. Long work
 /// (reading a case, exporting) goes through `Services::run`; everything else answers at once.
 class qKerfIntraoperativeWidget : public QWidget {
   Q_OBJECT
@@ -44,20 +49,27 @@ class qKerfIntraoperativeWidget : public QWidget {
   explicit qKerfIntraoperativeWidget(Services services = {}, QWidget* parent = nullptr);
   ~qKerfIntraoperativeWidget() override;
 
-  enum Step { CheckIn, Exposure, Run, Close };
+  enum Step { CheckIn, Exposure, Run, Close, Review };
   Step CurrentStep() const;
   void OpenCase(const QString& folder);
   void OpenSource(const QString& path);
   void UseCamera(const QString& file);
   /// Check-in and exposure without hands: the pose of the camera file is accepted (soak, scripts).
   void StartWithGivenPose();
+  /// Plays a recorded session of the case that is open.
+  void OpenRecorded(const QString& session);
   kerf::IntraoperativeDesk& Desk() { return desk_; }
+  /// Null but in Review.
+  kerf::SessionPlayback* Playback() { return playback_.get(); }
+  /// What is shown; null before the first picture.
+  std::shared_ptr<const kerf::IntraoperativeSnapshot> Shown() const { return shown_; }
   /// Pictures shown with the overlay in the last second.
   double ShownPerSecond() const;
   /// Capture to shown, ms, of the last picture.
   double Latency_ms() const { return latency_ms_; }
   qKerfVideoView* View() { return view_; }
   qKerfVideoView* RawView() { return raw_; }
+  qKerfVideoView* BeforeView() { return before_; }
   void SetRawBeside(bool beside);
   void SetFullScreen(bool full);
   bool OverlayOn() const { return overlay_on_; }
@@ -74,13 +86,24 @@ class qKerfIntraoperativeWidget : public QWidget {
   void ConnectCheckIn();
   void ConnectExposure();
   void ConnectRun();
+  void ConnectReview();
+  void ConnectLook();
   void ShowStep(Step step);
   void Try(const std::function<void()>& work);
 
   void Tick();
   void TickCheckIn();
   void TickRun();
+  void TickReview();
   void PaintExposure();
+  void Show(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
+            const kerf::CameraModel& camera);
+  void ShowBefore();
+  void OverlayFails(const std::string& why);
+  void SeekTo(int frame);
+  void SetPlaying(bool playing);
+  void SetBefore(bool before);
+  void ChangeLook(const std::function<void(kerf::OverlayOptions*)>& change);
   void ShowLamp(const kerf::IntraoperativeSnapshot& snapshot);
   void ShowFigures(const kerf::SourceState& source, double registered_fps);
   void BeginExposure(bool fresh);
@@ -102,15 +125,18 @@ class qKerfIntraoperativeWidget : public QWidget {
   qKerfCheckInPanel* check_in_;
   qKerfExposurePanel* exposure_;
   qKerfRunPanel* run_;
+  qKerfReviewPanel* review_;
+  qKerfOverlayLook* look_;
+  qKerfTimeline* timeline_;
   QWidget* close_;
   QListWidget* exported_;
-  QPushButton* export_;
+  QPushButton *export_, *play_session_;
   QLabel *close_text_, *lamp_, *margin_, *figures_;
   QPushButton* steps_[4];
   QStackedWidget* pages_;
   QWidget* side_;
   QSplitter* views_;
-  qKerfVideoView *view_, *raw_;
+  qKerfVideoView *view_, *raw_, *before_;
   QTimer timer_;
 
   Step step_ = CheckIn;
@@ -118,7 +144,14 @@ class qKerfIntraoperativeWidget : public QWidget {
        full_ = false;
   double contour_fit_ = 0.0, latency_ms_ = 0.0;
   QPolygonF stroke_;
-  std::shared_ptr<const kerf::IntraoperativeSnapshot> shown_;
+  std::shared_ptr<const kerf::IntraoperativeSnapshot> shown_, before_shown_;
+  kerf::OverlayOptions look_options_;
+  std::string overlay_problem_, stopped_;  ///< already said
+  std::unique_ptr<kerf::SessionPlayback> playback_;
+  double review_time_s_ = 0.0;
+  int review_frame_ = 0;
+  bool playing_ = false, before_on_ = false;
+  std::chrono::steady_clock::time_point played_at_;
   std::chrono::steady_clock::time_point shown_picture_;
   std::deque<std::chrono::steady_clock::time_point> shown_at_;
 };

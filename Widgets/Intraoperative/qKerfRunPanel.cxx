@@ -1,28 +1,19 @@
 #include "Intraoperative/qKerfRunPanel.h"
 
 #include <QCheckBox>
-#include <QComboBox>
-#include <QDoubleSpinBox>
-#include <QFormLayout>
 #include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
-#include <QSlider>
 #include <QTableWidget>
 #include <QVBoxLayout>
 
+#include "Common/qKerfTheme.h"
+#include "Intraoperative/PanelButton.h"
 #include "Session/IntraoperativeSnapshot.h"
 
-namespace {
+using kerf::PanelButton;
 
-QPushButton* Button(const QString& text, const char* name, const QString& tip) {
-  auto* button = new QPushButton(text);
-  button->setObjectName(name);
-  button->setToolTip(tip);
-  button->setFocusPolicy(Qt::NoFocus);  // keys belong to the picture
-  button->setMinimumHeight(36);
-  return button;
-}
+namespace {
 
 QString StateWord(kerf::CutItem::State state) {
   switch (state) {
@@ -40,35 +31,11 @@ QString StateWord(kerf::CutItem::State state) {
 
 qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   auto* layout = new QVBoxLayout(this);
-  confirm_ = Button(tr("The registration is right again (C)"), "confirm",
-                    tr("After a loss the overlay stays off until you say so."));
+  confirm_ = PanelButton(tr("The registration is right again (C)"), "confirm",
+                         tr("After a loss the overlay stays off until you say so."));
   confirm_->setStyleSheet("background: #b3541e; color: white; font-weight: bold;");
   confirm_->hide();
   layout->addWidget(confirm_);
-
-  overlay_ = Button(tr("Overlay (O)"), "overlay", tr("Switches the overlay on and off."));
-  overlay_->setCheckable(true);
-  overlay_->setChecked(true);
-  layout->addWidget(overlay_);
-  auto* form = new QFormLayout;
-  preset_ = new QComboBox;
-  preset_->setObjectName("preset");
-  preset_->addItems({tr("Outline (1)"), tr("See-through (2)"), tr("Full (3)")});
-  preset_->setFocusPolicy(Qt::NoFocus);
-  form->addRow(tr("Shows"), preset_);
-  opacity_ = new QSlider(Qt::Horizontal);
-  opacity_->setObjectName("opacity");
-  opacity_->setRange(5, 100);
-  opacity_->setFocusPolicy(Qt::NoFocus);
-  form->addRow(tr("Opacity"), opacity_);
-  alarm_ = new QDoubleSpinBox;
-  alarm_->setObjectName("alarm");
-  alarm_->setRange(0, 50);
-  alarm_->setValue(5);
-  alarm_->setSuffix(tr(" mm"));
-  alarm_->setFocusPolicy(Qt::ClickFocus);
-  form->addRow(tr("Alarm below"), alarm_);
-  layout->addLayout(form);
 
   hold_ = new QCheckBox(tr("Cuts wait to be accepted"));
   hold_->setObjectName("hold");
@@ -86,10 +53,11 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   cuts_->setFocusPolicy(Qt::NoFocus);
   layout->addWidget(cuts_, 1);
   auto* decide = new QHBoxLayout;
-  accept_ = Button(tr("Accept (A)"), "accept", tr("Cuts the model along the proposal."));
-  reject_ = Button(tr("Reject (R)"), "reject", tr("This is no cut: takes it out of the model."));
-  undo_ = Button(tr("Undo (Z)"), "undo", tr("Takes the last decision back."));
-  draw_ = Button(tr("Draw (D)"), "draw", tr("Draw a cut into the picture."));
+  accept_ = PanelButton(tr("Accept (A)"), "accept", tr("Cuts the model along the proposal."));
+  reject_ =
+      PanelButton(tr("Reject (R)"), "reject", tr("This is no cut: takes it out of the model."));
+  undo_ = PanelButton(tr("Undo (Z)"), "undo", tr("Takes the last decision back."));
+  draw_ = PanelButton(tr("Draw (D)"), "draw", tr("Draw a cut into the picture."));
   draw_->setCheckable(true);
   for (auto* button : {accept_, reject_}) decide->addWidget(button);
   layout->addLayout(decide);
@@ -102,8 +70,8 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   said_->setMinimumHeight(40);
   layout->addWidget(said_);
   auto* keep = new QHBoxLayout;
-  auto* snapshot = Button(tr("Snapshot (S)"), "snapshot", tr("Keeps this picture."));
-  auto* mark = Button(tr("Mark (M)"), "mark", tr("A mark in the journal."));
+  auto* snapshot = PanelButton(tr("Snapshot (S)"), "snapshot", tr("Keeps this picture."));
+  auto* mark = PanelButton(tr("Mark (M)"), "mark", tr("A mark in the journal."));
   keep->addWidget(snapshot);
   keep->addWidget(mark);
   layout->addLayout(keep);
@@ -111,16 +79,10 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   recording_->setObjectName("recording");
   recording_->setWordWrap(true);
   layout->addWidget(recording_);
-  auto* stop = Button(tr("End the session"), "stop", tr("Completes the recording; then export."));
+  auto* stop =
+      PanelButton(tr("End the session"), "stop", tr("Completes the recording; then export."));
   layout->addWidget(stop);
 
-  connect(overlay_, &QPushButton::toggled, this, &qKerfRunPanel::OverlayToggled);
-  connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
-          [this](int index) { emit PresetChanged(static_cast<kerf::OverlayPreset>(index)); });
-  connect(opacity_, &QSlider::valueChanged, this,
-          [this](int percent) { emit OpacityChanged(percent / 100.0); });
-  connect(alarm_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
-          &qKerfRunPanel::MarginAlarmChanged);
   connect(hold_, &QCheckBox::toggled, this, &qKerfRunPanel::HoldChanged);
   connect(accept_, &QPushButton::clicked, this, &qKerfRunPanel::AcceptWanted);
   connect(reject_, &QPushButton::clicked, this, &qKerfRunPanel::RejectWanted);
@@ -130,19 +92,11 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   connect(snapshot, &QPushButton::clicked, this, &qKerfRunPanel::SnapshotWanted);
   connect(mark, &QPushButton::clicked, this, &qKerfRunPanel::MarkWanted);
   connect(stop, &QPushButton::clicked, this, &qKerfRunPanel::StopWanted);
-  const kerf::OverlayOptions standard;
-  preset_->setCurrentIndex(static_cast<int>(standard.preset));
-  opacity_->setValue(static_cast<int>(standard.organ_opacity * 100));
 }
 
-void qKerfRunPanel::SetPreset(kerf::OverlayPreset preset) {
-  preset_->setCurrentIndex(static_cast<int>(preset));
-}
 void qKerfRunPanel::SetDrawing(bool drawing) { draw_->setChecked(drawing); }
-void qKerfRunPanel::SetOverlay(bool on) { overlay_->setChecked(on); }
 bool qKerfRunPanel::HoldsCuts() const { return hold_->isChecked(); }
 void qKerfRunPanel::SetHoldsCuts(bool hold) { hold_->setChecked(hold); }
-double qKerfRunPanel::MarginAlarm_mm() const { return alarm_->value(); }
 
 int qKerfRunPanel::CurrentCut(const kerf::IntraoperativeSnapshot& snapshot,
                               bool proposals_only) const {
@@ -172,19 +126,21 @@ void qKerfRunPanel::Update(const kerf::IntraoperativeSnapshot& snapshot) {
       if (!cuts_->item(row, column)) cuts_->setItem(row, column, new QTableWidgetItem);
       auto* item = cuts_->item(row, column);
       if (item->text() != texts[column]) item->setText(texts[column]);
-      item->setForeground(cut.state == kerf::CutItem::State::Proposed ? QColor(255, 190, 60)
-                          : cut.state == kerf::CutItem::State::Rejected
-                              ? QColor(150, 150, 150)
-                              : palette().color(QPalette::Text));
+      item->setForeground(
+          cut.state == kerf::CutItem::State::Proposed   ? qKerfTheme::Current().warning
+          : cut.state == kerf::CutItem::State::Rejected ? qKerfTheme::Current().faint
+                                                        : palette().color(QPalette::Text));
     }
   }
   accept_->setEnabled(CurrentCut(snapshot, true) >= 0);
   reject_->setEnabled(CurrentCut(snapshot, false) >= 0);
+  for (auto* button : {accept_, reject_, undo_, draw_})
+    button->setVisible(snapshot.stopped.empty());
   said_->setText(QString::fromStdString(snapshot.said));
   if (!snapshot.recording_problem.empty())
-    recording_->setText(
-        tr("<b style='color:#ff6e64'>Recording has stopped:</b> %1")
-            .arg(QString::fromStdString(snapshot.recording_problem).toHtmlEscaped()));
+    recording_->setText(tr("<b style='color:%2'>Recording has stopped:</b> %1")
+                            .arg(QString::fromStdString(snapshot.recording_problem).toHtmlEscaped(),
+                                 qKerfTheme::Current().problem.name()));
   else
     recording_->setText(snapshot.recording ? tr("● recording") : tr("not recorded"));
 }

@@ -4,9 +4,9 @@
 
 namespace kerf {
 
-PingPongSource::PingPongSource(const std::string& path, int most_frames) {
+PingPongSource::PingPongSource(const std::string& path, double frames_per_second, int most_frames) {
   const auto video = OpenVideo(path);
-  frames_per_second_ = video->FramesPerSecond();
+  frames_per_second_ = frames_per_second > 0 ? frames_per_second : video->FramesPerSecond();
   while (static_cast<int>(frames_.size()) < most_frames) {
     const auto frame = video->Next();
     if (!frame) break;

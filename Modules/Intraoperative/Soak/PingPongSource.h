@@ -12,8 +12,10 @@ namespace kerf {
 /// jump where it turns. The first frames are decoded once and kept.
 class PingPongSource : public FrameSource {
  public:
+  /// @param frames_per_second 0: the video's own
   /// @param most_frames kept in memory (1.5 MB each at 960×540)
-  explicit PingPongSource(const std::string& path, int most_frames = 300);
+  explicit PingPongSource(const std::string& path, double frames_per_second = 0,
+                          int most_frames = 300);
   std::optional<Frame> Next() override;
   int Width() const override { return frames_.front()->width; }
   int Height() const override { return frames_.front()->height; }

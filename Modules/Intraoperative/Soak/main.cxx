@@ -47,12 +47,13 @@ double Growth_mb(const std::vector<Row>& rows) {
 int main(int argc, char** argv) {
   if (argc < 3 || std::string(argv[1]) == "--help") {
     std::printf(
-        "kerf-soak CASE VIDEO [SECONDS] [INTERVAL] [MEGABYTES] [CAMERA]\n"
+        "kerf-soak CASE VIDEO [SECONDS] [INTERVAL] [MEGABYTES] [CAMERA] [RATE]\n"
         "  Runs the Intraoperative page over VIDEO, forwards and backwards, for SECONDS (3600) "
         "and\n"
         "  prints every INTERVAL seconds (60) memory, processors, rates, latency and drops.\n"
         "  Status 4: memory grew by more than MEGABYTES (64) after the first third.\n"
         "  CAMERA: calibration with pose, where the case has none.\n"
+        "  RATE: pictures a second; default: the video's own.\n"
         "Example: kerf-soak cases/kidney cases/kidney.mp4 3600 60\n");
     return argc < 3 ? 2 : 0;
   }
@@ -60,6 +61,7 @@ int main(int argc, char** argv) {
   const double seconds = argc > 3 ? std::atof(argv[3]) : 3600,
                interval = argc > 4 ? std::atof(argv[4]) : 60;
   const double most_mb = argc > 5 ? std::atof(argv[5]) : 64;
+  const double rate = argc > 7 ? std::atof(argv[7]) : 0;
   std::string why_not;
   if (!kerf::RenderingAvailable(&why_not)) {
     std::fprintf(stderr, "kerf-soak: nothing can be shown: %s\n", why_not.c_str());
@@ -79,8 +81,8 @@ int main(int argc, char** argv) {
   // Decoded once: what is measured is the session, not the decoder.
   kerf::CaptureOptions options;  // paced, newest frame only
   page.Desk().SetSourceOpener(
-      [](const std::string& path) -> std::unique_ptr<kerf::FrameSource> {
-        return std::make_unique<kerf::PingPongSource>(path);
+      [rate](const std::string& path) -> std::unique_ptr<kerf::FrameSource> {
+        return std::make_unique<kerf::PingPongSource>(path, rate);
       },
       options);
   page.resize(1500, 800);

@@ -1,0 +1,132 @@
+// What goes wrong around a session costs neither the session nor what was recorded.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "CaseIO/JournalRead.h"
+#include "CaseIO/Markups.h"
+#include "Core/Errors.h"
+#include "DeskScene.h"
+#include "Pipelines/SessionPlayback.h"
+#include "Session/ResectionFiles.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+
+void Start(const PhantomCase& phantom, IntraoperativeDesk* desk) {
+  phantom.OpenFor(desk);
+  desk->BeginExposure();
+  desk->Accept({});
+  ASSERT_TRUE(Within(20, [&] { return desk->Latest() && desk->Latest()->frame.index >= 5; }));
+}
+
+TEST(Desk, ADiskThatTakesNothingDoesNotKeepTheSessionFromRunning) {
+  const PhantomCase phantom(2000);
+  // As a full or read-only disk: no folder for sessions can be made.
+  std::ofstream(phantom.Folder() + "/sessions") << "in the way";
+  IntraoperativeDesk desk;
+  Start(phantom, &desk);
+  EXPECT_FALSE(desk.Latest()->recording);
+  EXPECT_NE(desk.Latest()->recording_problem.find("sessions"), std::string::npos);
+  EXPECT_NE(desk.Latest()->gate, GateState::Off);
+  desk.Stop();
+  EXPECT_EQ(desk.SessionPath(), "");
+  EXPECT_FALSE(desk.RecordingProblem().empty());
+}
+
+TEST(Desk, ADiskThatFillsUpLosesNothingThatWasWritten) {
+  const PhantomCase phantom(2000);
+  IntraoperativeDesk desk;
+  Start(phantom, &desk);
+  // From here on the results cannot be written: a folder stands where the table goes.
+  const fs::path session = desk.SessionPath();
+  fs::create_directories(session / "timing.csv" / "in-the-way");
+  desk.Stop();
+  EXPECT_FALSE(desk.RecordingProblem().empty());
+  EXPECT_GE(ReadRecordedFrames(session.string()).size(), 6u);
+  EXPECT_FALSE(ReadJournal((session / "journal.jsonl").string()).empty());
+  // It counts as broken off, and is offered.
+  ASSERT_EQ(desk.Unfinished().size(), 1u);
+  desk.BeginExposure();
+  EXPECT_EQ(desk.Resume(session.string()), 0);
+}
+
+TEST(Desk, ABrokenCaseAndAWrongCameraFileChangeNothing) {
+  const PhantomCase phantom(2000);
+  IntraoperativeDesk desk;
+  phantom.OpenFor(&desk);
+  const std::string camera = desk.CameraFile();
+  EXPECT_THROW(desk.UseCamera(phantom.Folder() + "/case.json"), InputError);
+  EXPECT_EQ(desk.CameraFile(), camera);
+  desk.BeginExposure();  // with the camera of before
+  std::ofstream(phantom.Folder() + "/organ.vtu", std::ios::binary) << "broken";
+  EXPECT_THROW(IntraoperativeDesk::ReadPlanned(phantom.Folder()), InputError);
+  EXPECT_TRUE(desk.HasCase());
+}
+
+TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
+  const PhantomCase phantom(4000);
+  ResectionPlan plan;
+  Points line(3, 3);
+  {  // across the middle of the organ, seen from the camera
+    IntraoperativeDesk desk;
+    phantom.OpenFor(&desk);
+    const SurfaceMesh& organ = desk.Planned().organ_surface;
+    const CameraModel camera = ReadCameraFile(PhantomCase::Study() + "/camera.yml");
+    const Vec3 center = organ.points.colwise().mean().transpose();
+    const Vec3 view = camera.ViewDirection();
+    const Vec3 side = camera.camera_from_world.linear().row(1).transpose();
+    const SurfaceTree tree(organ);
+    for (int i = 0; i < 3; ++i) {
+      const auto hit = tree.FirstHit({center + 12.0 * (i - 1) * side - 200 * view, view});
+      ASSERT_TRUE(hit);
+      line.row(i) = hit->point.transpose();
+    }
+    plan.line = line;
+    plan.direction = view;
+    plan.depth_mm = 80;
+    CaseWriter writer = CaseWriter::Update(phantom.Folder());
+    StageResectionPlan(plan, &writer);
+    writer.Commit();
+  }
+  std::string session;
+  {
+    IntraoperativeDesk desk;
+    Start(phantom, &desk);
+    EXPECT_FALSE(desk.Latest()->planned_lines.empty());
+    EXPECT_TRUE(std::isnan(desk.Latest()->deviation.mean_mm));
+    IntraoperativeDecision drawn;
+    drawn.kind = IntraoperativeDecision::Kind::DrawCut;
+    drawn.line = line;
+    const Vec3 aside = plan.direction.cross(Vec3(line.row(2) - line.row(0))).normalized();
+    drawn.line.rowwise() += 3.0 * aside.transpose();
+    drawn.direction = plan.direction;
+    desk.Post(drawn);
+    ASSERT_TRUE(Within(30, [&] { return std::isfinite(desk.Latest()->deviation.mean_mm); }));
+    EXPECT_NEAR(desk.Latest()->deviation.mean_mm, 3.0, 0.8);
+    session = desk.SessionPath();
+    desk.Stop();
+  }
+  SessionPlayback playback(session);
+  ASSERT_TRUE(Within(120, [&] {
+    return playback.Ready() == playback.FrameCount() || !playback.Problem().empty();
+  }));
+  EXPECT_EQ(playback.Problem(), "");
+  EXPECT_NEAR(playback.At(playback.FrameCount() - 1)->deviation.mean_mm, 3.0, 0.8);
+  EXPECT_TRUE(std::isnan(playback.At(0)->deviation.mean_mm));
+  ASSERT_FALSE(playback.Events().empty());
+  bool drawn = false;
+  for (const PlaybackEvent& event : playback.Events()) drawn |= event.words == "cut drawn";
+  EXPECT_TRUE(drawn);
+  // Any order gives the same.
+  const auto late = playback.At(playback.FrameCount() - 1), early = playback.At(2);
+  EXPECT_TRUE(playback.At(playback.FrameCount() - 1)->organ.points == late->organ.points);
+  EXPECT_EQ(playback.At(2)->frame.image->data, early->frame.image->data);
+  EXPECT_EQ(early->frame.index, 2);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,191 @@
+// What both a running and a recorded session show: overlay, lamp, figures, the state before a cut.
+#include <QLabel>
+#include <cmath>
+
+#include "Adapters/Rendering/VirtualDisplay.h"
+#include "Intraoperative/OverlayPainter.h"
+#include "Intraoperative/qKerfIntraoperativeWidget.h"
+#include "Intraoperative/qKerfOverlayLook.h"
+#include "Intraoperative/qKerfRunPanel.h"
+#include "Intraoperative/qKerfVideoView.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double Milliseconds(Clock::duration d) {
+  return std::chrono::duration<double, std::milli>(d).count();
+}
+
+}  // namespace
+
+void qKerfIntraoperativeWidget::ConnectLook() {
+  connect(look_, &qKerfOverlayLook::PresetChanged, this, &qKerfIntraoperativeWidget::SetPreset);
+  connect(look_, &qKerfOverlayLook::OpacityChanged, this, [this](double opacity) {
+    ChangeLook([opacity](kerf::OverlayOptions* options) { options->organ_opacity = opacity; });
+  });
+  connect(look_, &qKerfOverlayLook::MarginAlarmChanged, this, [this](double mm) {
+    if (painter_) painter_->SetMarginAlarm(mm);
+    shown_.reset();
+  });
+  connect(look_, &qKerfOverlayLook::OverlayToggled, this, &qKerfIntraoperativeWidget::SetOverlay);
+  connect(look_, &qKerfOverlayLook::BeforeToggled, this, &qKerfIntraoperativeWidget::SetBefore);
+  connect(view_, &qKerfVideoView::Pressed, this, [this](const QPointF& at, Qt::MouseButton button) {
+    if (button != Qt::LeftButton || drawing_ ||
+        look_options_.preset != kerf::OverlayPreset::SeeThrough)
+      return;
+    if (step_ != Run && step_ != Review) return;
+    ChangeLook([at](kerf::OverlayOptions* options) {  // the window goes where one clicks
+      options->window_px = kerf::Vec2(at.x(), at.y());
+    });
+  });
+}
+
+void qKerfIntraoperativeWidget::Show(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
+                                     const kerf::CameraModel& camera) {
+  shown_ = std::move(snapshot);
+  bool drawn = false;
+  if (overlay_on_ && overlay_problem_.empty()) try {
+      std::string why_not;
+      if (!painter_ && !kerf::RenderingAvailable(&why_not)) {
+        OverlayFails(why_not);
+      } else {
+        if (!painter_) {
+          painter_ = std::make_unique<kerf::OverlayPainter>(camera);
+          painter_->SetMarginAlarm(look_->MarginAlarm_mm());
+          painter_->SetOptions(look_options_);
+        }
+        view_->SetPicture(painter_->Paint(*shown_));
+        drawn = true;
+      }
+    } catch (const std::exception& error) {
+      painter_.reset();
+      OverlayFails(error.what());
+    }
+  if (!drawn && shown_->frame.image) view_->SetPicture(*shown_->frame.image);
+  if (raw_->isVisible() && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
+  Try([this] { ShowBefore(); });
+  ShowLamp(*shown_);
+}
+
+/// The picture goes on without the overlay.
+void qKerfIntraoperativeWidget::OverlayFails(const std::string& why) {
+  view_->SetBanner(tr("NO OVERLAY"), QColor(179, 38, 30, 200));
+  overlay_problem_ = why;
+  services_.say_problem(tr("No overlay can be drawn: %1. Switch it off and on (O) to try again.")
+                            .arg(QString::fromStdString(why)));
+}
+
+void qKerfIntraoperativeWidget::ShowBefore() {
+  const kerf::CutItem* cut = nullptr;
+  if (before_on_ && shown_) {
+    const int selected = step_ == Run ? run_->CurrentCut(*shown_, false) : -1;
+    for (const kerf::CutItem& item : shown_->cuts)
+      if (item.before && (!cut || cut->number != selected)) cut = &item;
+  }
+  before_->setVisible(cut != nullptr);
+  if (!cut) {
+    before_shown_.reset();
+    return;
+  }
+  if (before_shown_ == cut->before) return;
+  before_shown_ = cut->before;
+  if (painter_ && overlay_on_)
+    before_->SetPicture(painter_->Paint(*before_shown_));
+  else if (before_shown_->frame.image)
+    before_->SetPicture(*before_shown_->frame.image);
+  before_->SetBanner(
+      tr("BEFORE CUT %1 · %2 s").arg(cut->number + 1).arg(before_shown_->frame.time_s, 0, 'f', 2));
+}
+
+void qKerfIntraoperativeWidget::SetBefore(bool before) {
+  before_on_ = before;
+  look_->SetBefore(before);
+  before_shown_.reset();
+  Try([this] { ShowBefore(); });
+}
+
+void qKerfIntraoperativeWidget::ChangeLook(
+    const std::function<void(kerf::OverlayOptions*)>& change) {
+  change(&look_options_);
+  if (step_ != Run && step_ != Review) return;  // the exposure has a look of its own
+  if (painter_) painter_->SetOptions(look_options_);
+  shown_.reset();  // drawn anew
+  before_shown_.reset();
+}
+
+void qKerfIntraoperativeWidget::SetPreset(kerf::OverlayPreset preset) {
+  look_->SetPreset(preset);
+  ChangeLook([preset](kerf::OverlayOptions* options) {
+    options->preset = preset;
+    options->window_px.reset();
+  });
+}
+
+void qKerfIntraoperativeWidget::SetOverlay(bool on) {
+  overlay_on_ = on;
+  overlay_problem_.clear();
+  look_->SetOverlay(on);
+  view_->SetBanner(on ? QString() : tr("OVERLAY OFF  (O)"));
+  shown_.reset();
+  before_shown_.reset();
+}
+
+void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& snapshot) {
+  const bool green = snapshot.gate == kerf::GateState::Green;
+  const bool amber = snapshot.gate == kerf::GateState::Amber;
+  QString text = green ? tr("OVERLAY OK") : amber ? tr("CAUTION") : tr("OVERLAY OFF");
+  if (!green) text += ": " + QString::fromStdString(snapshot.reason);
+  if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
+    text += tr("   tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
+  lamp_->setText(text);
+  lamp_->setStyleSheet(QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
+                               "background: %2;")
+                           .arg(amber ? "black" : "white", green   ? "#1f7a3d"
+                                                           : amber ? "#ffbe3c"
+                                                                   : "#b3261e"));
+  QStringList distances;
+  if (std::isfinite(snapshot.margin_mm))
+    distances << tr("tumour – cut&nbsp;%1&nbsp;mm").arg(snapshot.margin_mm, 0, 'f', 1);
+  if (std::isfinite(snapshot.deviation.mean_mm))
+    distances << tr("<span style='font-size:11pt'>plan – cut %1 mm, at most %2</span>")
+                     .arg(snapshot.deviation.mean_mm, 0, 'f', 1)
+                     .arg(snapshot.deviation.max_mm, 0, 'f', 1);
+  margin_->setText(distances.join("<br>"));
+  margin_->setStyleSheet(snapshot.margin_mm < look_->MarginAlarm_mm()
+                             ? "font-size: 15pt; font-weight: bold; color: white; "
+                               "background: #b3261e; padding: 4px;"
+                             : "font-size: 15pt; font-weight: bold; padding: 4px;");
+}
+
+void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,
+                                            double registered_fps) {
+  QString text = tr("video %1/s").arg(source.fps, 0, 'f', 0);
+  if (registered_fps > 0)
+    text += tr(" · registered %1/s · shown %2/s<br>latency %3 ms · dropped %4")
+                .arg(registered_fps, 0, 'f', 0)
+                .arg(ShownPerSecond(), 0, 'f', 0)
+                .arg(latency_ms_, 0, 'f', 0)
+                .arg(source.dropped);
+  figures_->setText(text);
+}
+
+double qKerfIntraoperativeWidget::ShownPerSecond() const {
+  int recent = 0;
+  const auto now = Clock::now();
+  for (const auto& t : shown_at_) recent += Milliseconds(now - t) <= 1000.0;
+  return recent;
+}
+
+void qKerfIntraoperativeWidget::SetRawBeside(bool beside) {
+  raw_->setVisible(beside);
+  if (beside && shown_ && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
+}
+
+void qKerfIntraoperativeWidget::SetFullScreen(bool full) {
+  full_ = full;
+  side_->setVisible(!full);
+  QWidget* top = window();
+  top->setWindowState(full ? top->windowState() | Qt::WindowFullScreen
+                           : top->windowState() & ~Qt::WindowFullScreen);
+}
