@@ -58,7 +58,7 @@ void PlanningJobs::Open(const QString& path, const QString& series, std::functio
   struct Result {
     kerf::Volume ct;
     std::vector<std::string> warnings;
-    QVector<FoundSeries> series;
+    std::vector<kerf::SeriesInfo> series;
   };
   const std::string file = QFileInfo(path).absoluteFilePath().toStdString();
   const std::string uid = series.toStdString();
@@ -73,17 +73,9 @@ void PlanningJobs::Open(const QString& path, const QString& series, std::functio
         throw kerf::UsageError(
             "This folder is a case. Open it from the Cases page (Ctrl+1) or with File, Open case.");
       if (uid.empty()) {
-        const auto found = kerf::ListSeries(file, progress);
+        auto found = kerf::ListSeries(file, progress);
         if (found.size() > 1) {
-          for (const kerf::SeriesInfo& s : found)
-            result->series.push_back({QString::fromStdString(s.uid),
-                                      QString::fromStdString(s.description),
-                                      QString::fromStdString(s.modality),
-                                      QString("%1 × %2 × %3")
-                                          .arg(s.spacing_mm[0], 0, 'g', 3)
-                                          .arg(s.spacing_mm[1], 0, 'g', 3)
-                                          .arg(s.spacing_mm[2], 0, 'g', 3),
-                                      s.slices});
+          result->series = std::move(found);
           return;
         }
       }
@@ -95,8 +87,8 @@ void PlanningJobs::Open(const QString& path, const QString& series, std::functio
   };
   job.done = [this, result, file, uid, path, then] {
     series_ = result->series;
-    emit SeriesFound(series_.isEmpty() ? QString() : path);
-    if (!series_.isEmpty()) {
+    emit SeriesFound(series_.empty() ? QString() : path);
+    if (!series_.empty()) {
       host_->Say(qKerfHost::Info,
                  tr("This folder holds %1 series: choose one in the list.").arg(series_.size()));
       return;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "Adapters/Itk/VolumeFiles.h"
 #include "Session/PlanningSession.h"
 
 class QWidget;
@@ -46,15 +47,11 @@ class PlanningJobs : public QObject {
   void Saved(const QString& folder);
 
  public:
-  struct FoundSeries {
-    QString uid, description, modality, spacing;
-    int slices = 0;
-  };
-  const QVector<FoundSeries>& Series() const { return series_; }
+  const std::vector<kerf::SeriesInfo>& Series() const { return series_; }
 
  private:
   qKerfHost* host_;
   kerf::PlanningSession& session_;
   std::shared_ptr<const kerf::PlannedCase> planned_;
-  QVector<FoundSeries> series_;
+  std::vector<kerf::SeriesInfo> series_;
 };

@@ -1,6 +1,5 @@
 #include "qKerfPlanningPage.h"
 
-#include <QAction>
 #include <QComboBox>
 #include <QDragEnterEvent>
 #include <QFileInfo>
@@ -11,30 +10,23 @@
 #include <QMimeData>
 #include <QPushButton>
 #include <QScrollArea>
-#include <QScrollBar>
 #include <QStackedWidget>
 #include <QTimer>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <QVariant>
-#include <cmath>
-#include <functional>
 
-#include "Adapters/OpenCv/CameraFile.h"
-#include "Common/qKerfPaths.h"
-#include "Core/Errors.h"
 #include "Framework/qKerfHost.h"
-#include "Framework/qKerfJobRunner.h"
-#include "Geometry/SurfaceTree.h"
-#include "Pipelines/PlanPipeline.h"
 #include "Planning/qKerfCameraPanel.h"
 #include "Planning/qKerfImportPanel.h"
 #include "Planning/qKerfMeshPanel.h"
 #include "Planning/qKerfPlanPanel.h"
 #include "Planning/qKerfSavePanel.h"
 #include "Planning/qKerfSegmentPanel.h"
+#include "Planning/qKerfSeriesTable.h"
 #include "Planning/qKerfStepList.h"
 #include "PlanningJobs.h"
+#include "PlanningMouse.h"
 #include "PlanningRecovery.h"
 #include "PlanningViews.h"
 #include "Session/PlanningAutosave.h"
@@ -57,6 +49,8 @@ qKerfPlanningPage::qKerfPlanningPage(qKerfHost* host, QWidget* parent)
   setObjectName("planningPage");
   setAcceptDrops(true);
   MakeLayout();
+  mouse_ =
+      new PlanningMouse({host_, session_.get(), views_, jobs_, segment_, plan_, camera_}, this);
   session_->SetListener([this](PlanningChange change) { Listen(change); });
   WireImport();
   WireSegment();
@@ -109,6 +103,7 @@ void qKerfPlanningPage::MakeLayout() {
   right->setContentsMargins(0, 4, 4, 4);
   right->setSpacing(4);
   right->addWidget(recovery_bar_);
+  right->addWidget(series_ = new qKerfSeriesTable);
   right->addWidget(MakeViewBar());
   right->addWidget(views_->Widget(), 1);
   auto* row = new QHBoxLayout(this);
@@ -180,181 +175,6 @@ void qKerfPlanningPage::MakeRecoveryBar() {
   });
 }
 
-void qKerfPlanningPage::WireImport() {
-  connect(import_, &qKerfImportPanel::OpenWanted, this,
-          [this](const QString& path, const QString& series) { jobs_->Open(path, series); });
-  connect(jobs_, &PlanningJobs::SeriesFound, this, [this](const QString& folder) {
-    QVector<qKerfImportPanel::Series> rows;
-    for (const auto& s : jobs_->Series())
-      rows.push_back({s.uid, s.description, s.modality, s.spacing, s.slices});
-    import_->SetSeries(folder, rows);
-    if (!rows.isEmpty()) steps_->SetCurrent(0);
-  });
-  connect(jobs_, &PlanningJobs::CaseOpened, this, [this](const QString& folder) {
-    save_->SetFolder(folder);
-    views_->Scene()->LookFrom('A');
-    ShowModel();
-    steps_->SetCurrent(static_cast<int>(PlanningStep::Save));
-  });
-}
-
-void qKerfPlanningPage::WireSegment() {
-  connect(segment_, &qKerfSegmentPanel::SegmentWanted, this,
-          [this] { jobs_->Segment(segment_->Preset()); });
-  connect(segment_, &qKerfSegmentPanel::ToolChanged, this, &qKerfPlanningPage::ToolChanged);
-  connect(segment_, &qKerfSegmentPanel::ClearSeedsWanted, this, [this] { session_->ClearSeeds(); });
-  connect(segment_, &qKerfSegmentPanel::FillChanged, this,
-          [this](double fill) { views_->SetFill(fill); });
-  connect(segment_, &qKerfSegmentPanel::CheckWanted, this, [this] { jobs_->Check(); });
-  connect(segment_, &qKerfSegmentPanel::EvolveWanted, this,
-          [this] { jobs_->Evolve(segment_->ActiveLabel()); });
-  connect(jobs_, &PlanningJobs::ContourMoved, views_, &PlanningViews::ShowContour);
-  connect(segment_, &qKerfSegmentPanel::ImportLabelsWanted, this,
-          [this](const QString& path) { jobs_->ImportLabels(path, this); });
-  connect(segment_, &qKerfSegmentPanel::VisibilityChanged, this, [this](int label, bool visible) {
-    session_->LabelInfos()[label - 1].visible = visible;
-    session_->LabelListChanged();
-    ShowModel();
-  });
-  connect(segment_, &qKerfSegmentPanel::ColorChanged, this, [this](int label, const QColor& c) {
-    session_->LabelInfos()[label - 1].color = {std::uint8_t(c.red()), std::uint8_t(c.green()),
-                                               std::uint8_t(c.blue())};
-    session_->LabelListChanged();
-    ShowModel();
-  });
-  connect(segment_, &qKerfSegmentPanel::ThresholdWanted, this, [this](int low, int high) {
-    if (low > high) {
-      host_->Say(qKerfHost::Problem, tr("The lower threshold lies above the upper one: exchange "
-                                        "them."));
-      return;
-    }
-    if (!session_->Ct()) return;
-    const int label = segment_->ActiveLabel();
-    // Inner structures are looked for in the organ, the organ everywhere.
-    const int within = label == 1 ? 0 : session_->Labels().Count(1) > 0 ? 1 : 0;
-    jobs_->RunTool(tr("Threshold"), "threshold",
-                   [ct = *session_->Ct(), label, low, high, within](const kerf::LabelMap& labels,
-                                                                    kerf::Progress& progress) {
-                     return kerf::ThresholdTool(ct, labels, label, low, high, within, progress);
-                   });
-  });
-  connect(segment_, &qKerfSegmentPanel::CleanWanted, this, [this](const QString& operation) {
-    const int label = segment_->ActiveLabel();
-    jobs_->RunTool(tr("Correcting"),
-                   operation.endsWith("islands") ? "remove islands"
-                   : operation.endsWith("holes") ? "fill holes"
-                   : operation == "largest"      ? "keep largest part"
-                                                 : "smooth",
-                   [label, operation](const kerf::LabelMap& labels, kerf::Progress& progress) {
-                     if (operation == "largest")
-                       return kerf::KeepLargestTool(labels, label, progress);
-                     if (operation == "islands")
-                       return kerf::RemoveIslandsTool(labels, label, 1.0, progress);
-                     if (operation == "holes") return kerf::FillHolesTool(labels, label, progress);
-                     return kerf::SmoothTool(labels, label, 2.5, progress);
-                   });
-  });
-  connect(segment_, &qKerfSegmentPanel::BooleanWanted, this,
-          [this](int other, int operation, double reach_mm) {
-            const int label = segment_->ActiveLabel();
-            if (other == label) {
-              host_->Say(qKerfHost::Problem,
-                         tr("Choose two different labels: one in the list, one to combine with."));
-              return;
-            }
-            jobs_->RunTool(tr("Combining labels"), "combine labels",
-                           [label, other, operation, reach_mm](const kerf::LabelMap& labels,
-                                                               kerf::Progress& progress) {
-                             return kerf::BooleanTool(
-                                 labels, label, other,
-                                 static_cast<kerf::BooleanOperation>(operation), reach_mm,
-                                 progress);
-                           });
-          });
-  connect(views_, &PlanningViews::ToolPressed, this, &qKerfPlanningPage::Pressed);
-  connect(views_, &PlanningViews::ToolMoved, this, &qKerfPlanningPage::Dragged);
-  connect(views_, &PlanningViews::ToolReleased, this, &qKerfPlanningPage::Released);
-}
-
-void qKerfPlanningPage::WireRest() {
-  connect(mesh_, &qKerfMeshPanel::MeshWanted, this, [this] { jobs_->Mesh(mesh_->Tetrahedra()); });
-  connect(mesh_, &qKerfMeshPanel::QualityToggled, this, &qKerfPlanningPage::ShowModel);
-  connect(plan_, &qKerfPlanPanel::MarginChanged, this, [this](double mm) {
-    session_->SetMargin(mm);
-    views_->ShowMargin(true);
-  });
-  connect(plan_, &qKerfPlanPanel::DepthChanged, this,
-          [this](double mm) { session_->SetDepth(mm); });
-  connect(plan_, &qKerfPlanPanel::ClearLineWanted, this, [this] { session_->ClearLine(); });
-  connect(plan_, &qKerfPlanPanel::DrawingToggled, this, [this](bool on) {
-    views_->Scene()->SetPicking(on);
-    host_->ShowStatus(on ? tr("Click points on the organ; dragging turns it.") : QString());
-  });
-  connect(plan_, &qKerfPlanPanel::DirectionFromViewWanted, this,
-          [this] { session_->SetDirection(views_->Scene()->ViewDirection()); });
-  connect(plan_, &qKerfPlanPanel::DirectionFromSurfaceWanted, this,
-          [this] { session_->FollowSurface(); });
-  connect(plan_, &qKerfPlanPanel::MeasureWanted, this, [this] {
-    plan_->StopDrawing();
-    jobs_->Measure();
-  });
-  connect(plan_, &qKerfPlanPanel::ColorsToggled, this, &qKerfPlanningPage::ShowModel);
-  connect(camera_, &qKerfCameraPanel::CameraWanted, this, &qKerfPlanningPage::OpenCamera);
-  connect(camera_, &qKerfCameraPanel::ReadLandmarksWanted, this,
-          &qKerfPlanningPage::ReadLandmarkFile);
-  connect(camera_, &qKerfCameraPanel::PlacingToggled, this,
-          [this](bool on) { views_->Scene()->SetPicking(on); });
-  connect(camera_, &qKerfCameraPanel::RenameWanted, this,
-          [this](int i, const QString& name) { session_->RenameLandmark(i, name.toStdString()); });
-  connect(camera_, &qKerfCameraPanel::RemoveWanted, this,
-          [this](int i) { session_->RemoveLandmark(i); });
-  connect(views_->Scene(), &qKerfSceneView::Picked, this, &qKerfPlanningPage::Picked);
-  connect(save_, &qKerfSavePanel::SaveWanted, this,
-          [this](const QString& folder) { jobs_->Save(folder, views_->Scene()->Picture()); });
-  connect(jobs_, &PlanningJobs::Saved, this, [this](const QString& folder) {
-    recovery_->Forget();
-    host_->SetCurrentCase(folder);
-    host_->Say(qKerfHost::Info, tr("The case is saved in %1.").arg(qKerfShortPath(folder)));
-  });
-  connect(save_, &qKerfSavePanel::ContinueWanted, this, [this] {
-    if (!host_->ShowModule("intraoperative"))
-      host_->Say(qKerfHost::Warning, tr("The module for the operating room is not installed. The "
-                                        "case is saved and can be taken there."));
-  });
-}
-
-void qKerfPlanningPage::MakeShortcuts() {
-  const auto add = [this](QWidget* where, const QString& id, const QString& text,
-                          const QString& key, std::function<void()> act) {
-    auto* action = new QAction(text, where);
-    action->setShortcut(QKeySequence(key));
-    connect(action, &QAction::triggered, this, [act = std::move(act)] { act(); });
-    // Keys work where their widget is shown: a tool's on the page of its step alone.
-    where->addAction(action);
-    host_->AddShortcut("planning/" + id, action);
-  };
-  const struct {
-    Tool tool;
-    const char *id, *text, *key;
-  } tools[] = {{Tool::Look, "look", "Tool: look", "1"},
-               {Tool::Seed, "seed", "Tool: seed", "2"},
-               {Tool::Paint, "paint", "Tool: paint", "3"},
-               {Tool::Erase, "erase", "Tool: erase", "4"},
-               {Tool::Grow, "grow", "Tool: grow", "5"}};
-  for (const auto& t : tools)
-    add(segment_, t.id, tr(t.text), t.key, [this, tool = t.tool] { segment_->SetTool(tool); });
-  for (int step = 0; step < kerf::kPlanningSteps; ++step)
-    add(this, QStringLiteral("step-%1").arg(step + 1), tr("Planning: step %1").arg(step + 1),
-        QStringLiteral("Alt+%1").arg(step + 1), [this, step] { steps_->SetCurrent(step); });
-  add(this, "save", tr("Planning: save the case"), "Ctrl+S", [this] {
-    steps_->SetCurrent(static_cast<int>(PlanningStep::Save));
-    if (save_->Folder().isEmpty())
-      host_->Say(qKerfHost::Info, tr("Give the case a folder, then save."));
-    else
-      jobs_->Save(save_->Folder(), views_->Scene()->Picture());
-  });
-}
-
 void qKerfPlanningPage::Listen(PlanningChange change) {
   switch (change) {
     case PlanningChange::Volume:
@@ -362,7 +182,7 @@ void qKerfPlanningPage::Listen(PlanningChange change) {
       break;
     case PlanningChange::Labels:
       // The mesh of other labels is not shown, and comes back when the edit is undone.
-      if (!stroking_ && session_->Model()) ShowModel();
+      if (!mouse_->Stroking() && session_->Model()) ShowModel();
       views_->ShowLabels();
       break;
     case PlanningChange::LabelList:
@@ -383,7 +203,7 @@ void qKerfPlanningPage::Listen(PlanningChange change) {
   // Many changes in one turn (every dab of a stroke) are one look at the panels.
   if (refresh_waits_) return;
   refresh_waits_ = true;
-  QTimer::singleShot(stroking_ ? 150 : 0, this, [this] {
+  QTimer::singleShot(mouse_->Stroking() ? 150 : 0, this, [this] {
     refresh_waits_ = false;
     RefreshPanels();
   });
@@ -413,94 +233,6 @@ void qKerfPlanningPage::StepChosen(int step) {
   if (step != static_cast<int>(PlanningStep::Segment)) segment_->SetTool(Tool::Look);
   views_->ShowMargin(step == static_cast<int>(PlanningStep::Plan));
   if (session_->Model()) ShowModel();
-}
-
-void qKerfPlanningPage::ToolChanged() {
-  const Tool tool = segment_->CurrentTool();
-  const bool brush = tool == Tool::Paint || tool == Tool::Erase;
-  views_->SetTool(tool != Tool::Look && session_->Ct(), brush ? segment_->Radius_mm() : 0);
-}
-
-void qKerfPlanningPage::Pressed(int slice, const kerf::Vec3& index) {
-  const kerf::GridGeometry& grid = session_->Ct()->grid;
-  for (int a = 0; a < 3; ++a)
-    if (index[a] < -0.5 || index[a] > grid.size[a] - 0.5) return;
-  const Tool tool = segment_->CurrentTool();
-  const int label = segment_->ActiveLabel();
-  if (tool == Tool::Seed) {
-    session_->AddSeed(segment_->SeedKind().toStdString(), grid.WorldFromIndex(index));
-  } else if (tool == Tool::Grow) {
-    const Eigen::Vector3i seed = index.array().round().cast<int>();
-    jobs_->RunTool(tr("Growing"), "grow",
-                   [ct = *session_->Ct(), label, seed, tolerance = segment_->Tolerance_hu()](
-                       const kerf::LabelMap& labels, kerf::Progress& progress) {
-                     return kerf::GrowTool(ct, labels, label, seed, tolerance, 150, progress);
-                   });
-  } else if (tool == Tool::Paint || tool == Tool::Erase) {
-    stroke_ = kerf::LabelEditor::Brush();
-    stroke_.radius_mm = segment_->Radius_mm();
-    stroke_.flat_axis = segment_->IsFlat() ? views_->Slices()[slice]->Frame().n_axis : -1;
-    stroke_.paint = tool == Tool::Paint ? static_cast<std::uint8_t>(label) : 0;
-    stroke_.only_over = tool == Tool::Erase ? label : -1;
-    stroking_ = true;
-    session_->BeginStroke();
-    last_dab_ = index;
-    session_->Dab(stroke_, index);
-  }
-}
-
-void qKerfPlanningPage::Dragged(int, const kerf::Vec3& index) {
-  if (!stroking_) return;
-  // Dabs close enough that a quick stroke has no gaps.
-  const kerf::Vec3 spacing = session_->Ct()->grid.spacing_mm;
-  const kerf::Vec3 way = index - last_dab_;
-  const double step_mm = std::max(0.5, 0.5 * stroke_.radius_mm);
-  const int dabs =
-      std::max(1, static_cast<int>(std::ceil(way.cwiseProduct(spacing).norm() / step_mm)));
-  for (int d = 1; d <= dabs; ++d) session_->Dab(stroke_, last_dab_ + way * (double(d) / dabs));
-  last_dab_ = index;
-}
-
-void qKerfPlanningPage::Released() {
-  if (!stroking_) return;
-  stroking_ = false;
-  session_->EndStroke(stroke_.paint == 0 ? "erase" : "paint");
-}
-
-void qKerfPlanningPage::Picked(const kerf::Vec3& origin_mm, const kerf::Vec3& direction) {
-  const auto& model = session_->Model();
-  if (!model) return;
-  const auto hit = kerf::SurfaceTree(model->organ_surface).FirstHit({origin_mm, direction});
-  if (!hit) {
-    host_->ShowStatus(tr("There is no organ under the pointer."));
-    return;
-  }
-  if (plan_->IsDrawing()) session_->AddLinePoint(hit->point);
-  if (camera_->IsPlacing()) session_->AddLandmark(hit->point);
-}
-
-void qKerfPlanningPage::OpenCamera(const QString& path) {
-  try {
-    const std::string file = path.toStdString();
-    session_->SetCamera(kerf::CameraFileHasPose(file) ? kerf::ReadCameraFile(file)
-                                                      : kerf::ReadCameraIntrinsics(file),
-                        file);
-    host_->Say(qKerfHost::Info, {});
-  } catch (const std::exception& error) {
-    host_->Say(qKerfHost::Problem, tr("This camera file cannot be used: %1. Choose the camera.yml "
-                                      "that kerf calibrate wrote.")
-                                       .arg(QString::fromStdString(error.what())));
-  }
-}
-
-void qKerfPlanningPage::ReadLandmarkFile(const QString& path) {
-  try {
-    session_->SetLandmarks(kerf::ReadCaseLandmarks(path.toStdString()));
-    host_->Say(qKerfHost::Info, {});
-  } catch (const std::exception& error) {
-    host_->Say(qKerfHost::Problem,
-               tr("These landmarks cannot be read: %1").arg(QString::fromStdString(error.what())));
-  }
 }
 
 void qKerfPlanningPage::OpenCt(const QString& path) { jobs_->Open(path, {}); }

@@ -11,6 +11,7 @@ class QFrame;
 class QLabel;
 class QStackedWidget;
 class PlanningJobs;
+class PlanningMouse;
 class PlanningRecovery;
 class PlanningViews;
 class qKerfCameraPanel;
@@ -20,6 +21,7 @@ class qKerfMeshPanel;
 class qKerfPlanPanel;
 class qKerfSavePanel;
 class qKerfSegmentPanel;
+class qKerfSeriesTable;
 class qKerfStepList;
 
 /// The planning page: steps on the left, views on the right. Wires widgets, session and jobs.
@@ -50,11 +52,6 @@ class qKerfPlanningPage : public QWidget {
   void Listen(kerf::PlanningChange change);
   void RefreshPanels();
   void ShowModel();
-  void ToolChanged();
-  void Pressed(int slice, const kerf::Vec3& index);
-  void Dragged(int slice, const kerf::Vec3& index);
-  void Released();
-  void Picked(const kerf::Vec3& origin_mm, const kerf::Vec3& direction);
   void StepChosen(int step);
   void Recover();
   void OpenCamera(const QString& path);
@@ -65,6 +62,7 @@ class qKerfPlanningPage : public QWidget {
   PlanningViews* views_;
   PlanningJobs* jobs_;
   PlanningRecovery* recovery_;
+  PlanningMouse* mouse_;
   qKerfStepList* steps_;
   QStackedWidget* panels_;
   qKerfImportPanel* import_;
@@ -73,10 +71,9 @@ class qKerfPlanningPage : public QWidget {
   qKerfPlanPanel* plan_;
   qKerfCameraPanel* camera_;
   qKerfSavePanel* save_;
+  qKerfSeriesTable* series_;
   QFrame* recovery_bar_;
   QLabel* recovery_text_;
   QComboBox* window_;
-  kerf::LabelEditor::Brush stroke_;
-  kerf::Vec3 last_dab_;
-  bool stroking_ = false, refresh_waits_ = false;
+  bool refresh_waits_ = false;
 };

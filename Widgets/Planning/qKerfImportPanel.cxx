@@ -2,26 +2,20 @@
 
 #include <QFileDialog>
 #include <QFileInfo>
-#include <QHeaderView>
 #include <QLabel>
 #include <QPushButton>
-#include <QTreeWidget>
 #include <QVBoxLayout>
 
 #include "Planning/PanelParts.h"
 
 using namespace kerf_panel;
 
-qKerfImportPanel::qKerfImportPanel(QWidget* parent)
-    : QWidget(parent), series_(new QTreeWidget), info_(Value("importInfo")) {
+qKerfImportPanel::qKerfImportPanel(QWidget* parent) : QWidget(parent), info_(Value("importInfo")) {
   auto* folder = Primary(tr("Open a DICOM folder…"), "openFolderButton");
   auto* file = Button(tr("Open a NIfTI or NRRD file…"), "openFileButton");
-  series_hint_ = Hint(tr("This folder holds several series. Choose the one to plan on:"));
-  series_->setObjectName("seriesTable");
-  series_->setHeaderLabels({tr("Series"), tr("Slices"), tr("Spacing")});
-  series_->setRootIsDecorated(false);
-  series_->setMinimumHeight(120);
-  open_series_ = Primary(tr("Open this series"), "openSeriesButton");
+  series_hint_ =
+      Hint(tr("This folder holds several series. Choose the one to plan on in the table "
+              "on the right."));
   warnings_ = Value("importWarnings");
   SetRole(warnings_, "warning");
   auto* column = Column(this);
@@ -29,12 +23,10 @@ qKerfImportPanel::qKerfImportPanel(QWidget* parent)
   column->addWidget(file);
   column->addWidget(Hint(tr("Or drop a folder or file onto the window.")));
   column->addWidget(series_hint_);
-  column->addWidget(series_);
-  column->addWidget(open_series_);
   column->addWidget(info_);
   column->addWidget(warnings_);
   column->addStretch(1);
-  SetSeries({}, {});
+  SetChoosing(false);
 
   connect(folder, &QPushButton::clicked, this, [this] {
     const QString path = QFileDialog::getExistingDirectory(this, tr("Open a DICOM folder"));
@@ -45,30 +37,9 @@ qKerfImportPanel::qKerfImportPanel(QWidget* parent)
         this, tr("Open a CT"), {}, tr("CT (*.nii *.nii.gz *.nrrd *.nhdr *.mha *.mhd);;All (*)"));
     if (!path.isEmpty()) emit OpenWanted(path, {});
   });
-  const auto choose = [this] {
-    if (const QTreeWidgetItem* item = series_->currentItem())
-      emit OpenWanted(folder_, item->data(0, Qt::UserRole).toString());
-  };
-  connect(open_series_, &QPushButton::clicked, this, choose);
-  connect(series_, &QTreeWidget::itemActivated, this, choose);
 }
 
-void qKerfImportPanel::SetSeries(const QString& folder, const QVector<Series>& series) {
-  folder_ = folder;
-  series_->clear();
-  for (const Series& s : series) {
-    auto* item = new QTreeWidgetItem(
-        series_, {s.modality + ' ' + (s.description.isEmpty() ? s.uid : s.description),
-                  QString::number(s.slices), s.spacing});
-    item->setData(0, Qt::UserRole, s.uid);
-    item->setToolTip(0, s.uid);
-  }
-  if (series_->topLevelItemCount() > 0) series_->setCurrentItem(series_->topLevelItem(0));
-  series_->resizeColumnToContents(1);
-  for (QWidget* w : {static_cast<QWidget*>(series_), static_cast<QWidget*>(series_hint_),
-                     static_cast<QWidget*>(open_series_)})
-    w->setVisible(!series.isEmpty());
-}
+void qKerfImportPanel::SetChoosing(bool choosing) { series_hint_->setVisible(choosing); }
 
 void qKerfImportPanel::Show(const kerf::PlanningSession& session) {
   QString text, warnings;

@@ -38,8 +38,14 @@ double MedianStep_mm(const DicomSeries& series) {
 
 SeriesInfo InfoOf(const DicomSeries& series) {
   const DicomSlice& first = series.slices.front();
-  return {series.name, first.description, first.modality, static_cast<int>(series.slices.size()),
-          Vec3(first.spacing_x_mm, first.spacing_y_mm, MedianStep_mm(series))};
+  return {series.name,
+          first.description,
+          first.modality,
+          static_cast<int>(series.slices.size()),
+          Vec3(first.spacing_x_mm, first.spacing_y_mm, MedianStep_mm(series)),
+          first.patient,
+          first.laterality,
+          first.phase};
 }
 
 /// A copy of the same image is dropped; two images at one place are two volumes in one series.

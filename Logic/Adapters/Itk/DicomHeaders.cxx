@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 
+#include "Adapters/Itk/DicomPhase.h"
 #include "Adapters/Itk/DicomStructure.h"
 #include "Core/Errors.h"
 
@@ -97,6 +98,9 @@ std::optional<DicomSlice> ReadHeader(const std::string& path) {
                                NormalizedName(Text(data, 0x0010, 0x0010)) + "|" +
                                Text(data, 0x0010, 0x0030);
   if (identity != "||") slice.patient_key = std::to_string(std::hash<std::string>{}(identity));
+  for (const std::string& part : {PersonName(Text(data, 0x0010, 0x0010)),
+                                  Text(data, 0x0010, 0x0020), Text(data, 0x0010, 0x0030)})
+    if (!part.empty()) slice.patient += (slice.patient.empty() ? "" : " · ") + part;
   slice.series_uid = Text(data, 0x0020, 0x000e);
   slice.sop_uid = Text(data, 0x0008, 0x0018);
   slice.study_uid = Text(data, 0x0020, 0x000d);
@@ -105,6 +109,10 @@ std::optional<DicomSlice> ReadHeader(const std::string& path) {
   slice.series_number = Text(data, 0x0020, 0x0011);
   slice.modality = Text(data, 0x0008, 0x0060);
   slice.image_type = Text(data, 0x0008, 0x0008);
+  slice.laterality = LateralityInWords(Text(data, 0x0020, 0x0060));
+  if (slice.laterality.empty()) slice.laterality = LateralityInWords(Text(data, 0x0020, 0x0062));
+  slice.phase = ContrastPhase({slice.description, Text(data, 0x0018, 0x0010),
+                               Text(data, 0x0018, 0x1042), Text(data, 0x0008, 0x0032)});
 
   const auto position = Decimals(data, 0x0020, 0x0032, path, "ImagePositionPatient (0020,0032)");
   slice.has_position = position.size() == 3;

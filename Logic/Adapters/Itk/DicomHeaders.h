@@ -9,12 +9,13 @@
 namespace kerf {
 
 /// What the reader needs of one DICOM image file. The patient's identity is a digest: enough to
-/// tell two patients apart, and no name leaves this component.
+/// tell two patients apart. `patient` is for the eyes of the person who chooses a series; it goes
+/// into no message, file or journal.
 struct DicomSlice {
   std::string path;
   std::string patient_key;  ///< digest of PatientID, name and birth date; empty where all three are
   std::string series_uid, sop_uid, study_uid, frame_uid, description, modality, image_type;
-  std::string series_number;
+  std::string series_number, patient, laterality, phase;  ///< the last three: SeriesInfo
   int rows = 0, columns = 0, samples = 1, frames = 1, bits = 16;
   bool has_position = false, has_orientation = false, has_spacing = false;
   Vec3 position_mm = Vec3::Zero();

@@ -21,6 +21,10 @@ struct SeriesInfo {
   std::string modality;
   int slices = 0;
   Vec3 spacing_mm = Vec3::Zero();  ///< third component from the slice positions
+  // For the person who chooses; never written anywhere.
+  std::string patient;     ///< name, ID and birth date, as far as they are there
+  std::string laterality;  ///< "left", "right", "both" or empty
+  std::string phase;       ///< of contrast, in words (DicomPhase.h); empty where nothing tells it
 };
 
 /// Reads a CT: a DICOM folder, NIfTI (.nii .nii.gz .hdr), NRRD (.nrrd .nhdr) or MetaImage (.mha
