@@ -15,6 +15,8 @@ Index NodeTarget(Index vertices) { return std::clamp<Index>(vertices / 6, 12, 25
 /// own.
 constexpr float kCrumb = 0.15f;
 
+constexpr std::uint16_t kNone = 0xFFFF;
+
 Index FindRoot(std::vector<Index>* parent, Index i) {
   while ((*parent)[i] != i) i = (*parent)[i] = (*parent)[(*parent)[i]];
   return i;
@@ -83,48 +85,52 @@ void CoarseSpace::SetRow(const Vec3& rest, Index inner) {
 std::vector<Index> CoarseSpace::Split(const ElementField& field,
                                       const std::vector<char>& flagged_nodes,
                                       const std::vector<char>& is_old, bool* altered) {
+  // Row entries at flagged nodes, and where each vertex has its own.
   const Index vertices = static_cast<Index>(rows_.size());
+  std::vector<Index> entries, parent(node_.size(), -1);
   std::vector<char> near(vertices, 0);
-  std::vector<Index> parent(node_.size());
-  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e) {
-    parent[e] = e;
-    if (node_[e] >= 0 && flagged_nodes[node_[e]]) near[e / 4] = 1;
-  }
-  // Vertices that share a tetrahedron and a node are connected at that node.
-  for (const ElementField::Chunk& chunk : field.Chunks()) {
-    if (std::none_of(chunk.vertices.begin(), chunk.vertices.end(),
-                     [&](Index v) { return near[v]; }))
-      continue;
-    for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
-      Index entry[16];
-      int count = 0;
-      for (int a = 0; a < 4; ++a) {
-        const Index v = chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
-        if (!near[v]) continue;
-        for (Index e = 4 * v; e < 4 * v + 4; ++e)
-          if (node_[e] >= 0 && flagged_nodes[node_[e]]) entry[count++] = e;
-      }
-      // A chain through the entries of a node connects them all.
-      for (int s = 0; s < count; ++s)
-        for (int t = s + 1; t < count; ++t)
-          if (node_[entry[s]] == node_[entry[t]]) {
-            const Index p = FindRoot(&parent, entry[s]), q = FindRoot(&parent, entry[t]);
-            parent[std::max(p, q)] = std::min(p, q);
-            break;
-          }
+  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
+    if (node_[e] >= 0 && flagged_nodes[node_[e]]) {
+      entries.push_back(e);
+      parent[e] = e;
+      near[e / 4] = 1;
     }
+  // Vertices that share a tetrahedron and a node are connected at that node: a chain through the
+  // entries of a node connects them all.
+  std::vector<std::pair<Index, Index>> last_at_node(flagged_nodes.size(), {-1, -1});
+  Index visit = 0;
+  for (const ElementField::Chunk& chunk : field.Chunks()) {
+    std::vector<char> near_here(chunk.vertices.size());
+    bool any = false;
+    for (std::size_t v = 0; v < near_here.size(); ++v)
+      any |= near_here[v] = near[chunk.vertices[v]];
+    if (!any) continue;
+    for (std::size_t i = 0; i < chunk.tet.size(); ++i, ++visit)
+      for (int a = 0; a < 4; ++a) {
+        const std::uint16_t corner = chunk.blocks[i / 8].corner[a][i % 8];
+        if (!near_here[corner]) continue;
+        for (Index e = 4 * chunk.vertices[corner]; e < 4 * chunk.vertices[corner] + 4; ++e) {
+          if (parent[e] < 0) continue;
+          auto& [visited, last] = last_at_node[node_[e]];
+          if (visited == visit) {
+            const Index p = FindRoot(&parent, e), q = FindRoot(&parent, last);
+            parent[std::max(p, q)] = std::min(p, q);
+          }
+          visited = visit;
+          last = e;
+        }
+      }
   }
   // Crumbs (copies at the rim of a support) stay with the heaviest part: only a real split is worth
   // a function.
   std::vector<float> weight(node_.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
   std::vector<Index> heaviest(flagged_nodes.size(), -1);
-  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
-    if (node_[e] >= 0 && flagged_nodes[node_[e]]) {
-      const float w = rows_[e / 4].weight[e % 4];
-      weight[FindRoot(&parent, e)] += w;
-      total[node_[e]] += w;
-    }
-  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
+  for (Index e : entries) {
+    const float w = rows_[e / 4].weight[e % 4];
+    weight[FindRoot(&parent, e)] += w;
+    total[node_[e]] += w;
+  }
+  for (Index e : entries)
     if (weight[e] > 0.0f && (heaviest[node_[e]] < 0 || weight[e] > weight[heaviest[node_[e]]]))
       heaviest[node_[e]] = e;
   // Each part keeps the function of its first vertex where no other part has it.
@@ -226,62 +232,81 @@ void CoarseSpace::Assemble(const Workers& workers, const ElementField& field,
     const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
     std::vector<Pair>& part = parts_[chunks[which]];
     part.clear();
-    std::vector<Index> local(FunctionCount(), -1), functions;
-    for (Index v : chunk.vertices)
-      for (int k = 0; k < 4; ++k)
-        if (rows_[v].weight[k] > 0.0f && local[rows_[v].function[k]] < 0) {
-          local[rows_[v].function[k]] = static_cast<Index>(functions.size());
-          functions.push_back(rows_[v].function[k]);
+    // Functions by their number in this chunk, so that a pair is found without a search.
+    std::vector<std::uint16_t> local(FunctionCount(), kNone), functions;
+    std::vector<std::array<std::uint16_t, 4>> of_vertex(chunk.vertices.size());
+    for (std::size_t v = 0; v < of_vertex.size(); ++v)
+      for (int k = 0; k < 4; ++k) {
+        const Row& row = rows_[chunk.vertices[v]];
+        std::uint16_t& number = local[row.function[k]];
+        if (row.weight[k] > 0.0f && number == kNone) {
+          number = static_cast<std::uint16_t>(functions.size());
+          functions.push_back(row.function[k]);
         }
+        of_vertex[v][k] = row.weight[k] > 0.0f ? number : kNone;
+      }
     const std::size_t m = functions.size();
     std::vector<Index> pair_at(m * m, -1);
+    std::vector<std::array<simd::F4, 3>> sums;  // rows of each block
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
       const ElementBlock& block = chunk.blocks[i / 8];
       const int lane = static_cast<int>(i % 8);
-      const Mat3 R = LaneRotation(chunk.states[i / 8], lane);
-      Corners g;
-      for (int a = 0; a < 3; ++a)
-        g.col(a + 1) =
-            R * Vec3(block.B[3 * a][lane], block.B[3 * a + 1][lane], block.B[3 * a + 2][lane]);
-      g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
+      const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
       // Gradients of the coarse functions on this tetrahedron.
-      Index function[16];
-      Vec3 h[16];
+      std::uint16_t function[16];
+      simd::F4 h[16];
       int count = 0;
       for (int a = 0; a < 4; ++a) {
-        const Row& row = rows_[chunk.vertices[block.corner[a][lane]]];
+        const std::uint16_t v = block.corner[a][lane];
+        const Row& row = rows_[chunk.vertices[v]];
         for (int k = 0; k < 4; ++k) {
-          if (row.weight[k] == 0.0f) continue;
+          if (of_vertex[v][k] == kNone) continue;
           int j = 0;
-          while (j < count && function[j] != row.function[k]) ++j;
+          while (j < count && function[j] != of_vertex[v][k]) ++j;
           if (j == count) {
-            function[count] = row.function[k];
-            h[count++] = Vec3::Zero();
+            function[count] = of_vertex[v][k];
+            h[count++] = {};
           }
-          h[j] += static_cast<double>(row.weight[k]) * g.col(a);
+          h[j].x += row.weight[k] * g(0, a);
+          h[j].y += row.weight[k] * g(1, a);
+          h[j].z += row.weight[k] * g(2, a);
         }
       }
-      const double mu = 0.5 * static_cast<double>(block.two_mu[lane]);
-      const double lambda = static_cast<double>(block.lambda[lane]);
+      const __m128 mu = _mm_set1_ps(0.5f * block.two_mu[lane]);
+      const __m128 lambda = _mm_set1_ps(block.lambda[lane]);
       for (int s = 0; s < count; ++s)
-        for (int t = 0; t < count; ++t) {
-          if (function[s] > function[t]) continue;
-          Index& slot =
-              pair_at[static_cast<std::size_t>(local[function[s]]) * m + local[function[t]]];
+        for (int t = s; t < count; ++t) {
+          const bool ordered = functions[function[s]] <= functions[function[t]];
+          const int row = ordered ? s : t, column = ordered ? t : s;
+          Index& slot = pair_at[function[row] * m + function[column]];
           if (slot < 0) {
             slot = static_cast<Index>(part.size());
-            part.push_back({static_cast<std::uint16_t>(function[s]),
-                            static_cast<std::uint16_t>(function[t]),
-                            {}});
+            part.push_back({functions[function[row]], functions[function[column]], {}});
+            sums.emplace_back();
           }
-          float* b = part[slot].block;
-          const double dot = mu * h[s].dot(h[t]);
-          for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c)
-              b[3 * r + c] += static_cast<float>(lambda * h[s][r] * h[t][c] +
-                                                 mu * h[t][r] * h[s][c] + (r == c ? dot : 0.0));
+          // λ h_r h_cᵀ + μ (h_c h_rᵀ + h_r·h_c I), row by row.
+          const __m128 hr = simd::Load(h[row]), hc = simd::Load(h[column]);
+          const __m128 lc = _mm_mul_ps(lambda, hc), mr = _mm_mul_ps(mu, hr);
+          const float dot = simd::Dot3(mr, hc);
+          const float r[3] = {h[row].x, h[row].y, h[row].z};
+          const float c[3] = {h[column].x, h[column].y, h[column].z};
+          for (int k = 0; k < 3; ++k) {
+            simd::F4* sum = &sums[slot][k];
+            const __m128 products =
+                _mm_add_ps(_mm_mul_ps(_mm_set1_ps(r[k]), lc), _mm_mul_ps(_mm_set1_ps(c[k]), mr));
+            simd::Store(sum, _mm_add_ps(simd::Load(*sum), products));
+          }
+          sums[slot][0].x += dot;
+          sums[slot][1].y += dot;
+          sums[slot][2].z += dot;
         }
     }
+    for (std::size_t p = 0; p < part.size(); ++p)
+      for (int k = 0; k < 3; ++k) {
+        part[p].block[3 * k] = sums[p][k].x;
+        part[p].block[3 * k + 1] = sums[p][k].y;
+        part[p].block[3 * k + 2] = sums[p][k].z;
+      }
   });
 }
 

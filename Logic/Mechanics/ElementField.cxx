@@ -35,6 +35,34 @@ void Bisect(const Points& centroids, Index* begin, Index* end, Index size,
   Bisect(centroids, middle, end, size, parts);
 }
 
+/// Orders a chunk so that the tetrahedra of a block share no vertex where possible: the kernels add
+/// to one vertex after the other, and adding to the same one twice in a row has to wait.
+void SpreadVertices(const TetMesh& mesh, std::vector<Index>* tets, std::vector<Index>* last_block) {
+  std::vector<Index> left = std::move(*tets), rest;
+  std::sort(left.begin(), left.end());
+  tets->clear();
+  for (Index block = 1; !left.empty(); ++block) {
+    rest.clear();
+    int lanes = 0;
+    for (Index t : left) {
+      const auto is_free = [&](Index v) { return (*last_block)[v] != block; };
+      const auto corner = mesh.tets.row(t);
+      if (lanes == 8 || !std::all_of(corner.begin(), corner.end(), is_free)) {
+        rest.push_back(t);
+        continue;
+      }
+      for (Index v : corner) (*last_block)[v] = block;
+      tets->push_back(t);
+      ++lanes;
+    }
+    const int missing = std::min<int>(8 - lanes, static_cast<int>(rest.size()));
+    tets->insert(tets->end(), rest.begin(), rest.begin() + missing);
+    left.assign(rest.begin() + missing, rest.end());
+  }
+  for (Index t : *tets)
+    for (Index v : mesh.tets.row(t)) (*last_block)[v] = 0;
+}
+
 }  // namespace
 
 void ElementField::Reset(const TetMesh& mesh, const Material& material) {
@@ -57,8 +85,9 @@ void ElementField::Reset(const TetMesh& mesh, const Material& material) {
     inner_of_outer_[outer] = static_cast<Index>(outer_of_inner_.size());
     outer_of_inner_.push_back(outer);
   };
+  std::vector<Index> last_block(mesh.VertexCount(), 0);
   for (auto& part : parts) {
-    std::sort(part.begin(), part.end());
+    SpreadVertices(mesh, &part, &last_block);
     for (Index t : part)
       for (int a = 0; a < 4; ++a) number(mesh.tets(t, a));
   }
@@ -74,7 +103,8 @@ void ElementField::Reset(const TetMesh& mesh, const Material& material) {
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
       SetLane(MakeElement(mesh, material, chunk.tet[i]), static_cast<int>(i % 8),
               &chunk.blocks[i / 8]);
-      SetLaneRotation(Mat3::Identity(), static_cast<int>(i % 8), &chunk.states[i / 8]);
+      SetLaneRotation(Mat3::Identity(), chunk.blocks[i / 8], static_cast<int>(i % 8),
+                      &chunk.states[i / 8]);
     }
     NumberChunk(mesh, &scratch, &chunk);
     MeasureChunk(&chunk);
@@ -262,8 +292,8 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
       const std::size_t i = fresh.tet.size();
       const Index lane = place_of_old[change.parent_tet[t]].second;
       SetLane(MakeElement(mesh, material, t), static_cast<int>(i % 8), &fresh.blocks[i / 8]);
-      SetLaneRotation(LaneRotation(chunk.states[lane / 8], lane % 8), static_cast<int>(i % 8),
-                      &fresh.states[i / 8]);
+      SetLaneRotation(LaneRotation(chunk.states[lane / 8], lane % 8), fresh.blocks[i / 8],
+                      static_cast<int>(i % 8), &fresh.states[i / 8]);
       fresh.tet.push_back(t);
     }
     if (size > 0) {
@@ -317,9 +347,11 @@ double ElementField::MultiplyChunk(Index c, const simd::F4* p) {
 
 void ElementField::ResetRotations() {
   for (Chunk& chunk : chunks_)
-    for (ElementState& state : chunk.states) {
+    for (std::size_t b = 0; b < chunk.states.size(); ++b) {
+      ElementState& state = chunk.states[b];
       state.q[0] = simd::Splat(1.0f);
       state.q[1] = state.q[2] = state.q[3] = simd::F8{};
+      std::copy_n(chunk.blocks[b].B, 9, state.RB);
     }
 }
 

@@ -1,5 +1,7 @@
 #include "Mechanics/ElementKernels.h"
 
+#include <algorithm>
+
 namespace kerf {
 namespace {
 
@@ -46,17 +48,13 @@ inline Matrix8 TransposeTimes(const Matrix8& R, const Matrix8& F) {
   return A;
 }
 
-/// Adds the corner forces R T ∇N_a of the stress T (in the frame of R, times the volume).
-inline void AddForces(const Matrix8& R, const Matrix8& T, const ElementBlock& block,
-                      simd::F4* out) {
+/// Adds the corner forces T g_a of the stress T (times the volume), g the rotated gradients.
+inline void AddForces(const Matrix8& T, const F8 g[9], const ElementBlock& block, simd::F4* out) {
   F8 sum[3] = {};
   for (int a = 0; a < 3; ++a) {
-    F8 h[3], f[3];
-    for (int i = 0; i < 3; ++i)
-      h[i] = T.m[i][0] * block.B[3 * a] + T.m[i][1] * block.B[3 * a + 1] +
-             T.m[i][2] * block.B[3 * a + 2];
+    F8 f[3];
     for (int i = 0; i < 3; ++i) {
-      f[i] = R.m[i][0] * h[0] + R.m[i][1] * h[1] + R.m[i][2] * h[2];
+      f[i] = T.m[i][0] * g[3 * a] + T.m[i][1] * g[3 * a + 1] + T.m[i][2] * g[3 * a + 2];
       sum[i] -= f[i];
     }
     simd::ScatterAdd(f, block.corner[a + 1], out);
@@ -104,46 +102,66 @@ int PolarNewton(const Matrix8& F, F8 q[4]) {
   return open;
 }
 
-/// One Jacobi rotation of the symmetric S in the plane (p, q), r the third axis; V collects the
-/// columns.
-inline void JacobiRotate(F8& pp, F8& qq, F8& pq, F8& pr, F8& qr, Matrix8& V, int p, int q) {
-  const F8 difference = qq - pp, twice = pq + pq;
+/// Eigenvalues on the diagonal of S as Jacobi's rotations find them, eigenvectors in the columns of
+/// V.
+struct Eigen8 {
+  F8 diagonal[3], off[3];  ///< of S; off[k] beside the axis k
+  Matrix8 V;
+};
+
+/// One Jacobi rotation in the plane (p, q), r the third axis.
+inline void JacobiRotate(Eigen8* S, int p, int q, int r) {
+  const F8 difference = S->diagonal[q] - S->diagonal[p], twice = S->off[r] + S->off[r];
   const F8 root = simd::Sqrt(difference * difference + twice * twice);
-  const F8 t = twice / simd::WithSign(simd::Abs(difference) + root + 1e-20f, difference);
-  const F8 c = 1.0f / simd::Sqrt(1.0f + t * t), s = t * c;
-  pp -= t * pq;
-  qq += t * pq;
-  pq = F8{};
-  const F8 pr0 = pr;
-  pr = c * pr0 - s * qr;
-  qr = s * pr0 + c * qr;
-  for (int i = 0; i < 3; ++i) {
-    const F8 v = V.m[i][p];
-    V.m[i][p] = c * v - s * V.m[i][q];
-    V.m[i][q] = s * v + c * V.m[i][q];
+  const F8 adjacent = simd::Abs(difference) + root + 1e-20f;
+  const F8 opposite = simd::FlipSign(twice, difference);
+  const F8 inverse = 1.0f / simd::Sqrt(adjacent * adjacent + twice * twice);
+  const F8 c = adjacent * inverse, s = opposite * inverse;
+  const F8 mean = 0.5f * (S->diagonal[p] + S->diagonal[q]);
+  const F8 half = simd::WithSign(0.5f * root, difference);
+  S->diagonal[p] = mean - half;
+  S->diagonal[q] = mean + half;
+  S->off[r] = F8{};
+  const F8 pr = S->off[q], qr = S->off[p];
+  S->off[q] = c * pr - s * qr;
+  S->off[p] = s * pr + c * qr;
+  for (auto& row : S->V.m) {
+    const F8 v = row[p];
+    row[p] = c * v - s * row[q];
+    row[q] = s * v + c * row[q];
+  }
+}
+
+/// Blocks that are decomposed together: one waits for its square roots while the other computes.
+constexpr int kTogether = 2;
+
+void Decompose(const Matrix8* U, int count, Eigen8* S) {
+  for (int k = 0; k < count; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      const int p = (i + 1) % 3, q = (i + 2) % 3;
+      S[k].diagonal[i] = U[k].m[i][i];
+      S[k].off[i] = 0.5f * (U[k].m[p][q] + U[k].m[q][p]);
+      for (int j = 0; j < 3; ++j) S[k].V.m[i][j] = simd::Splat(i == j ? 1.0f : 0.0f);
+    }
+  }
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (int k = 0; k < count; ++k) JacobiRotate(&S[k], 0, 1, 2);
+    for (int k = 0; k < count; ++k) JacobiRotate(&S[k], 0, 2, 1);
+    for (int k = 0; k < count; ++k) JacobiRotate(&S[k], 1, 2, 0);
   }
 }
 
 /// c G⁻¹, G = tr(U) I − U, with eigenvalues not below −floor (2μ V / 2): the projection of
 /// ElementHessian.
-void TwistStiffness(const Matrix8& U, F8 c, F8 floor, F8 out[6]) {
-  F8 xx = U.m[0][0], yy = U.m[1][1], zz = U.m[2][2];
-  const F8 trace = xx + yy + zz;
-  F8 yz = 0.5f * (U.m[1][2] + U.m[2][1]), xz = 0.5f * (U.m[0][2] + U.m[2][0]),
-     xy = 0.5f * (U.m[0][1] + U.m[1][0]);
-  Matrix8 V = {};
-  for (int i = 0; i < 3; ++i) V.m[i][i] = simd::Splat(1.0f);
-  for (int sweep = 0; sweep < 2; ++sweep) {
-    JacobiRotate(xx, yy, xy, xz, yz, V, 0, 1);
-    JacobiRotate(xx, zz, xz, xy, yz, V, 0, 2);
-    JacobiRotate(yy, zz, yz, xy, xz, V, 1, 2);
-  }
+void TwistStiffness(const Eigen8& U, F8 c, F8 floor, F8 out[6]) {
+  const F8 trace = U.diagonal[0] + U.diagonal[1] + U.diagonal[2];
   const F8 small = simd::Splat(0.05f);
-  const F8 k0 = simd::Max(c / simd::Max(trace - xx, small), -floor),
-           k1 = simd::Max(c / simd::Max(trace - yy, small), -floor),
-           k2 = simd::Max(c / simd::Max(trace - zz, small), -floor);
+  F8 stiffness[3];
+  for (int k = 0; k < 3; ++k)
+    stiffness[k] = simd::Max(c / simd::Max(trace - U.diagonal[k], small), -floor);
   auto entry = [&](int i, int j) {
-    return k0 * V.m[i][0] * V.m[j][0] + k1 * V.m[i][1] * V.m[j][1] + k2 * V.m[i][2] * V.m[j][2];
+    return stiffness[0] * U.V.m[i][0] * U.V.m[j][0] + stiffness[1] * U.V.m[i][1] * U.V.m[j][1] +
+           stiffness[2] * U.V.m[i][2] * U.V.m[j][2];
   };
   out[0] = entry(0, 0);
   out[1] = entry(1, 1);
@@ -178,8 +196,21 @@ void SetLane(const CorotationalElement& element, int lane, ElementBlock* block) 
   block->lambda[lane] = static_cast<float>(element.lambda_Pa * element.volume_mm3);
 }
 
-void SetLaneRotation(const Mat3& R, int lane, ElementState* state) {
+void SetLaneRotation(const Mat3& R, const ElementBlock& block, int lane, ElementState* state) {
   SetQuaternion(R, lane, state->q);
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 g =
+        R * Vec3(block.B[3 * a][lane], block.B[3 * a + 1][lane], block.B[3 * a + 2][lane]);
+    for (int i = 0; i < 3; ++i) state->RB[3 * a + i][lane] = static_cast<float>(g[i]);
+  }
+}
+
+Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane) {
+  Eigen::Matrix<float, 3, 4> g;
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i) g(i, a + 1) = state.RB[3 * a + i][lane];
+  g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
+  return g;
 }
 
 Mat3 LaneRotation(const ElementState& state, int lane) {
@@ -193,52 +224,73 @@ void CopyLane(const ElementBlock& from, const ElementState& from_state, int from
   to->two_mu[lane] = from.two_mu[from_lane];
   to->lambda[lane] = from.lambda[from_lane];
   for (int i = 0; i < 4; ++i) to_state->q[i][lane] = from_state.q[i][from_lane];
+  for (int i = 0; i < 9; ++i) to_state->RB[i][lane] = from_state.RB[i][from_lane];
   for (int i = 0; i < 6; ++i) to_state->twist[i][lane] = from_state.twist[i][from_lane];
 }
+
+namespace {
+
+/// Rotations and rotated gradients of a block. @return the left stretch V = F Rᵀ: everything in the
+/// frame of the image, where forces are wanted
+Matrix8 Stretch(const ElementBlock& block, const simd::F4* x, ElementState* state) {
+  F8 e[3][3];
+  Edges(x, block, e);
+  const Matrix8 F = Gradient(e, block.B);
+  const int open = PolarNewton(F, state->q);
+  for (int lane = 0; lane < 8; ++lane)
+    if (open >> lane & 1) SetQuaternion(PolarRotation(Lane(F, lane)), lane, state->q);
+  const Matrix8 R = Rotation(state->q);
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i)
+      state->RB[3 * a + i] = R.m[i][0] * block.B[3 * a] + R.m[i][1] * block.B[3 * a + 1] +
+                             R.m[i][2] * block.B[3 * a + 2];
+  return Gradient(e, state->RB);
+}
+
+}  // namespace
 
 double Linearize(const ElementBlock* blocks, ElementState* states, int count, const simd::F4* x,
                  simd::F4* gradient) {
   double energy = 0.0;
-  for (int b = 0; b < count; ++b) {
-    const ElementBlock& block = blocks[b];
-    ElementState& state = states[b];
-    F8 e[3][3];
-    Edges(x, block, e);
-    const Matrix8 F = Gradient(e, block.B);
-    const int open = PolarNewton(F, state.q);
-    for (int lane = 0; lane < 8; ++lane)
-      if (open >> lane & 1) SetQuaternion(PolarRotation(Lane(F, lane)), lane, state.q);
-    const Matrix8 R = Rotation(state.q);
-    Matrix8 U = TransposeTimes(R, F);
-    const F8 stretch = U.m[0][0] + U.m[1][1] + U.m[2][2] - 3.0f;
-    const F8 c = block.lambda * stretch - block.two_mu;
-    TwistStiffness(U, c, 0.5f * block.two_mu, state.twist);
-    // T = 2μ (U − I) + λ tr(U − I) I; energy ½ (2μ |U − I|² + λ tr²).
-    F8 squares = F8{};
-    for (int i = 0; i < 3; ++i) {
-      U.m[i][i] -= 1.0f;
-      for (int j = 0; j < 3; ++j) squares += U.m[i][j] * U.m[i][j];
+  for (int first = 0; first < count; first += kTogether) {
+    const int together = std::min(kTogether, count - first);
+    Matrix8 V[kTogether];
+    Eigen8 eigen[kTogether];
+    for (int k = 0; k < together; ++k) V[k] = Stretch(blocks[first + k], x, &states[first + k]);
+    Decompose(V, together, eigen);
+    for (int k = 0; k < together; ++k) {
+      const ElementBlock& block = blocks[first + k];
+      ElementState& state = states[first + k];
+      Matrix8& T = V[k];
+      const F8 stretch = T.m[0][0] + T.m[1][1] + T.m[2][2] - 3.0f;
+      TwistStiffness(eigen[k], block.lambda * stretch - block.two_mu, 0.5f * block.two_mu,
+                     state.twist);
+      // T = 2μ (V − I) + λ tr(V − I) I; energy ½ (2μ |V − I|² + λ tr²).
+      F8 squares = F8{};
+      for (int i = 0; i < 3; ++i) {
+        T.m[i][i] -= 1.0f;
+        for (int j = 0; j < 3; ++j) squares += T.m[i][j] * T.m[i][j];
+      }
+      energy += 0.5 * simd::Sum(block.two_mu * squares + block.lambda * stretch * stretch);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) T.m[i][j] *= block.two_mu;
+        T.m[i][i] += block.lambda * stretch;
+      }
+      AddForces(T, state.RB, block, gradient);
     }
-    energy += 0.5 * simd::Sum(block.two_mu * squares + block.lambda * stretch * stretch);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) U.m[i][j] *= block.two_mu;
-      U.m[i][i] += block.lambda * stretch;
-    }
-    AddForces(R, U, block, gradient);
   }
   return energy;
 }
 
 double AddProduct(const ElementBlock* blocks, const ElementState* states, int count,
                   const simd::F4* p, simd::F4* y) {
-  double curvature = 0.0;
+  F8 curvature = F8{};
   for (int b = 0; b < count; ++b) {
     const ElementBlock& block = blocks[b];
     const ElementState& state = states[b];
     F8 e[3][3];
     Edges(p, block, e);
-    const Matrix8 R = Rotation(state.q);
-    Matrix8 A = TransposeTimes(R, Gradient(e, block.B));
+    Matrix8 A = Gradient(e, state.RB);
     const F8 a0 = A.m[2][1] - A.m[1][2], a1 = A.m[0][2] - A.m[2][0], a2 = A.m[1][0] - A.m[0][1];
     const F8* k = state.twist;
     const F8 w0 = k[0] * a0 + k[5] * a1 + k[4] * a2, w1 = k[5] * a0 + k[1] * a1 + k[3] * a2,
@@ -251,7 +303,7 @@ double AddProduct(const ElementBlock* blocks, const ElementState* states, int co
         A.m[i][j] *= block.two_mu;
       }
     const F8 pressure = block.lambda * trace;
-    curvature += simd::Sum(block.two_mu * squares + pressure * trace + w0 * a0 + w1 * a1 + w2 * a2);
+    curvature += block.two_mu * squares + pressure * trace + w0 * a0 + w1 * a1 + w2 * a2;
     for (int i = 0; i < 3; ++i) A.m[i][i] += pressure;
     A.m[0][1] -= w2;
     A.m[1][0] += w2;
@@ -259,9 +311,9 @@ double AddProduct(const ElementBlock* blocks, const ElementState* states, int co
     A.m[2][0] -= w1;
     A.m[1][2] -= w0;
     A.m[2][1] += w0;
-    AddForces(R, A, block, y);
+    AddForces(A, state.RB, block, y);
   }
-  return curvature;
+  return static_cast<double>(simd::Sum(curvature));
 }
 
 }  // namespace kerf

@@ -13,16 +13,20 @@ struct ElementBlock {
   std::uint16_t corner[4][8];  ///< vertices, in the numbering of the chunk
 };
 
-/// The linearization of eight tetrahedra. 40 bytes per tetrahedron.
+/// The linearization of eight tetrahedra. 76 bytes per tetrahedron.
 struct ElementState {
   simd::F8 q[4];      ///< rotation R as a unit quaternion w, x, y, z
-  simd::F8 twist[6];  ///< xx yy zz yz xz xy of the projected twist stiffness (ElementHessian),
-                      ///< times the volume
+  simd::F8 RB[9];     ///< R ∇N_{a+1} at [3a + i], 1/mm: with these, products need no rotation
+  simd::F8 twist[6];  ///< xx yy zz yz xz xy of R K Rᵀ, K the projected twist stiffness
+                      ///< (ElementHessian), times the volume
 };
 
 void SetLane(const CorotationalElement& element, int lane, ElementBlock* block);
-void SetLaneRotation(const Mat3& R, int lane, ElementState* state);
+/// @param block its lane is set
+void SetLaneRotation(const Mat3& R, const ElementBlock& block, int lane, ElementState* state);
 Mat3 LaneRotation(const ElementState& state, int lane);
+/// R ∇N of all four corners, 1/mm, as columns.
+Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane);
 void CopyLane(const ElementBlock& from, const ElementState& from_state, int from_lane, int lane,
               ElementBlock* to, ElementState* to_state);
 

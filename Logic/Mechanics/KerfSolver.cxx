@@ -40,6 +40,8 @@ class KerfSolver final : public ElasticSolver {
                     Points* positions, Points* velocities) override;
 
  private:
+  void Minimize(const Springs& springs, const Fixations& fixations, const SolveOptions& options,
+                Points* positions, Points* velocities, SolveReport* report);
   /// What a linear solve (rᵀM⁻¹r at its start and end estimate twice the energy to gain) did.
   struct LinearSolve {
     int iterations = 0;
@@ -47,15 +49,18 @@ class KerfSolver final : public ElasticSolver {
     double farthest_mm = 0.0;  ///< largest vertex motion of M⁻¹r at its start
   };
 
+  Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
   void SetRest();
   void Synchronize(const Points& positions);
   void SetAnchors(const Points& positions, const Points* velocities, const SolveOptions& options);
   double Linearize(bool only_stale);
   double AnchorEnergy() const;
-  /// residual_ = −gradient of everything. @return its largest component, µN
-  double Residual();
-  /// coarse_ = (PᵀKP)⁻¹ Pᵀ residual_. @return rᵀM⁻¹r
-  double Precondition();
+  /// residual_ = −gradient of everything, preconditioned. @return rᵀM⁻¹r
+  double Residual(double* largest_uN);
+  /// smooth_ = D⁻¹ residual_ and Pᵀ residual_ of a vertex chunk. @return its rᵀD⁻¹r
+  double SmoothChunk(Index begin, Index end);
+  /// coarse_ = (PᵀKP)⁻¹ Pᵀ residual_ when all chunks are smoothed. @return its part of rᵀM⁻¹r
+  double CorrectCoarse();
   /// direction_ = M⁻¹ residual_ + beta direction_. @return Σ anchor |p|²; farthest motion of M⁻¹r
   double Direct(float beta, double* farthest_mm);
   /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
@@ -70,16 +75,19 @@ class KerfSolver final : public ElasticSolver {
   FeatureLoads loads_;
   TwoLevelPreconditioner preconditioner_;
   Vec3 center_ = Vec3::Zero();
-  std::vector<Vec3> rest_;        ///< by inner vertex, relative to the center
-  std::vector<Index> component_;  ///< by inner vertex
+  std::vector<Vec3> rest_;                    ///< by inner vertex, relative to the center
+  std::vector<Index> component_;              ///< by inner vertex
+  std::vector<double> volume_mm3_;            ///< lumped, by inner vertex
+  std::vector<double> component_volume_mm3_;  ///< by component
+  std::vector<Index> component_vertices_;     ///< by component
   Index components_ = 0;
   Eigen::Isometry3d world_from_inner_ = Eigen::Isometry3d::Identity();
   std::vector<double> x_;          ///< inner positions, 3 per inner vertex
   std::vector<double> anchor_at_;  ///< likewise
   std::vector<float> anchor_;      ///< g/s² by inner vertex
-  std::vector<F4> x32_, residual_, direction_, step_;
+  std::vector<F4> x32_, residual_, smooth_, direction_, step_;
   std::vector<std::vector<F4>> coarse_parts_;
-  std::vector<F4> coarse_;
+  std::vector<F4> coarse_residual_, coarse_;
   Points last_positions_;  ///< what the last call returned
   double elastic_nJ_ = 0.0;
   double lowest_ratio_ =
@@ -107,6 +115,13 @@ void KerfSolver::SetRest() {
   for (Index v = 0; v < mesh_.VertexCount(); ++v)
     rest_[field_.Inner(v)] = mesh_.rest.row(v).transpose() - center_;
   components_ = field_.Components(&component_);
+  volume_mm3_ = field_.LumpedVolumes();
+  component_volume_mm3_.assign(components_, 0.0);
+  component_vertices_.assign(components_, 0);
+  for (Index v = 0; v < field_.VertexCount(); ++v) {
+    component_volume_mm3_[component_[v]] += volume_mm3_[v];
+    if (field_.Outer(v) >= 0) ++component_vertices_[component_[v]];
+  }
 }
 
 void KerfSolver::Apply(const TopologyChange& change) {
@@ -134,6 +149,7 @@ void KerfSolver::Synchronize(const Points& positions) {
   const Index n = field_.VertexCount();
   x32_.resize(n);
   residual_.resize(n);
+  smooth_.resize(n);
   direction_.resize(n);
   step_.resize(n);
   const bool same = last_positions_.rows() == positions.rows() && last_positions_ == positions;
@@ -158,9 +174,11 @@ void KerfSolver::Synchronize(const Points& positions) {
 }
 
 double KerfSolver::Linearize(bool only_stale) {
-  for (Index v = 0; v < field_.VertexCount(); ++v)
-    x32_[v] = {static_cast<float>(x_[3 * v]), static_cast<float>(x_[3 * v + 1]),
-               static_cast<float>(x_[3 * v + 2]), 0.0f};
+  workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v)
+      x32_[v] = {static_cast<float>(x_[3 * v]), static_cast<float>(x_[3 * v + 1]),
+                 static_cast<float>(x_[3 * v + 2]), 0.0f};
+  });
   return field_.Linearize(workers_, x32_.data(), only_stale);
 }
 
@@ -170,24 +188,21 @@ void KerfSolver::SetAnchors(const Points& positions, const Points* velocities,
   anchor_at_ = x_;
   anchor_.assign(n, 0.0f);
   const bool inertia = options.inertia && options.time_step_s > 0.0;
-  std::vector<double> pull(components_, 0.0);
-  std::vector<Index> vertices(components_, 0);
+  const double h = inertia ? options.time_step_s : kFreeTimeStep_s;
+  std::vector<double> pull(components_, 0.0), anchor(components_);
   for (const FeatureLoads::Load& load : loads_.Loads())
     pull[component_[load.vertex[0]]] += load.stiffness;
-  for (Index v = 0; v < n; ++v)
-    if (field_.Outer(v) >= 0) ++vertices[component_[v]];
-  const std::vector<double> volume = field_.LumpedVolumes();
-  std::vector<double> component_volume(components_, 0.0);
-  for (Index v = 0; v < n; ++v) component_volume[component_[v]] += volume[v];
+  for (Index c = 0; c < components_; ++c) {
+    const double elastic = 1e3 * material_.young_kPa * std::cbrt(component_volume_mm3_[c]);
+    anchor[c] =
+        kAnchorFraction * std::min(pull[c], elastic) / std::max<Index>(1, component_vertices_[c]);
+  }
   for (Index v = 0; v < n; ++v) {
     if (field_.Outer(v) < 0) continue;
-    const double h = inertia ? options.time_step_s : kFreeTimeStep_s;
-    const double spring = pull[component_[v]];
-    const double elastic = 1e3 * material_.young_kPa * std::cbrt(component_volume[component_[v]]);
-    double anchor = kAnchorFraction * std::min(spring, elastic) / vertices[component_[v]];
-    if (inertia || spring == 0.0)
-      anchor = std::max(material_.density_g_mm3 * volume[v] / (h * h), 1e-6);
-    anchor_[v] = static_cast<float>(anchor);
+    const Index c = component_[v];
+    const bool by_mass = inertia || pull[c] == 0.0;
+    const double mass = material_.density_g_mm3 * volume_mm3_[v];
+    anchor_[v] = static_cast<float>(by_mass ? std::max(mass / (h * h), 1e-6) : anchor[c]);
   }
   if (!inertia || !velocities || velocities->rows() != positions.rows()) return;
   const Eigen::Isometry3d inner_from_world = world_from_inner_.inverse();
@@ -209,9 +224,10 @@ double KerfSolver::AnchorEnergy() const {
   });
 }
 
-double KerfSolver::Residual() {
-  std::vector<double> largest((field_.VertexCount() + kVertexChunk - 1) / kVertexChunk, 0.0);
-  workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+double KerfSolver::Residual(double* largest_uN) {
+  std::vector<float> largest(VertexChunks(), 0.0f);
+  coarse_parts_.resize(VertexChunks());
+  const auto chunk = [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       const __m128 minus = _mm_set1_ps(-0.0f);
       const F4 anchor{anchor_[v] * static_cast<float>(x_[3 * v] - anchor_at_[3 * v]),
@@ -229,47 +245,53 @@ double KerfSolver::Residual() {
     for (Index v = begin; v < end; ++v)
       most = std::max(
           {most, std::abs(residual_[v].x), std::abs(residual_[v].y), std::abs(residual_[v].z)});
-    largest[begin / kVertexChunk] = static_cast<double>(most);
-  });
-  return largest.empty() ? 0.0 : *std::max_element(largest.begin(), largest.end());
+    largest[begin / kVertexChunk] = most;
+    return SmoothChunk(begin, end);
+  };
+  const double product = workers_.SumChunks(field_.VertexCount(), kVertexChunk, chunk);
+  *largest_uN = static_cast<double>(*std::max_element(largest.begin(), largest.end()));
+  return product + CorrectCoarse();
 }
 
-double KerfSolver::Precondition() {
+double KerfSolver::SmoothChunk(Index begin, Index end) {
+  std::vector<F4>& sums = coarse_parts_[begin / kVertexChunk];
+  sums.assign(preconditioner_.FunctionCount(), F4{});
+  double sum = 0.0;
+  for (Index v = begin; v < end; ++v) {
+    const __m128 r = simd::Load(residual_[v]), z = preconditioner_.Smooth(v, r);
+    simd::Store(&smooth_[v], z);
+    sum += static_cast<double>(simd::Dot3(r, z));
+    preconditioner_.Restrict(v, r, sums.data());
+  }
+  return sum;
+}
+
+double KerfSolver::CorrectCoarse() {
   const Index functions = preconditioner_.FunctionCount();
-  coarse_parts_.resize((field_.VertexCount() + kVertexChunk - 1) / kVertexChunk);
-  double product =
-      workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
-        std::vector<F4>& sums = coarse_parts_[begin / kVertexChunk];
-        sums.assign(functions, F4{});
-        double sum = 0.0;
-        for (Index v = begin; v < end; ++v) {
-          const __m128 r = simd::Load(residual_[v]);
-          sum += static_cast<double>(simd::Dot3(r, preconditioner_.Smooth(v, r)));
-          preconditioner_.Restrict(v, r, sums.data());
-        }
-        return sum;
-      });
-  coarse_.assign(functions, F4{});
+  coarse_residual_.assign(functions, F4{});
   for (const std::vector<F4>& part : coarse_parts_)
     for (Index f = 0; f < functions; ++f)
-      simd::Store(&coarse_[f], _mm_add_ps(simd::Load(coarse_[f]), simd::Load(part[f])));
-  const std::vector<F4> sums = coarse_;
+      simd::Store(&coarse_residual_[f],
+                  _mm_add_ps(simd::Load(coarse_residual_[f]), simd::Load(part[f])));
+  coarse_ = coarse_residual_;
   preconditioner_.SolveCoarse(coarse_.data());
+  double product = 0.0;
   for (Index f = 0; f < functions; ++f)
-    product += static_cast<double>(simd::Dot3(simd::Load(sums[f]), simd::Load(coarse_[f])));
+    product +=
+        static_cast<double>(simd::Dot3(simd::Load(coarse_residual_[f]), simd::Load(coarse_[f])));
   return product;
 }
 
 double KerfSolver::Direct(float beta, double* farthest_mm) {
-  std::vector<float> farthest((field_.VertexCount() + kVertexChunk - 1) / kVertexChunk, 0.0f);
+  std::vector<float> farthest(VertexChunks(), 0.0f);
   const __m128 b = _mm_set1_ps(beta);
   const double curvature =
       workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
         double sum = 0.0;
         float most = 0.0f;
         for (Index v = begin; v < end; ++v) {
-          const __m128 z = _mm_add_ps(preconditioner_.Smooth(v, simd::Load(residual_[v])),
-                                      preconditioner_.Prolong(v, coarse_.data()));
+          const __m128 z =
+              _mm_add_ps(simd::Load(smooth_[v]), preconditioner_.Prolong(v, coarse_.data()));
           const __m128 p =
               beta == 0.0f ? z : _mm_add_ps(z, _mm_mul_ps(b, simd::Load(direction_[v])));
           simd::Store(&direction_[v], p);
@@ -305,7 +327,7 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
     if (!(curvature > 0.0)) break;
     const double alpha = rz / curvature;
     const __m128 a = _mm_set1_ps(static_cast<float>(alpha));
-    workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+    const auto update = [&](Index begin, Index end) {
       for (Index v = begin; v < end; ++v) {
         const __m128 p = simd::Load(direction_[v]);
         const __m128 q = _mm_add_ps(field_.ProductAt(v), _mm_mul_ps(_mm_set1_ps(anchor_[v]), p));
@@ -317,8 +339,10 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
                                               _mm_mul_ps(_mm_mul_ps(a, _mm_set1_ps(w)),
                                                          simd::Load(loads_.Products()[l]))));
       });
-    });
-    const double next = Precondition();
+      return SmoothChunk(begin, end);
+    };
+    const double smoothed = workers_.SumChunks(field_.VertexCount(), kVertexChunk, update);
+    const double next = smoothed + CorrectCoarse();
     const double beta = next / rz;
     alphas.push_back(alpha);
     betas.push_back(beta);
@@ -363,6 +387,13 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
   report.spring_weights = Eigen::VectorXd::Ones(springs.at.Size());
   if (mesh_.TetCount() == 0) return report;
   workers_.Use(options.threads);
+  workers_.Run([&] { Minimize(springs, fixations, options, positions, velocities, &report); });
+  return report;
+}
+
+void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
+                          const SolveOptions& options, Points* positions, Points* velocities,
+                          SolveReport* report) {
   Synchronize(*positions);
   loads_.Set(springs, fixations, mesh_, field_, renumbered_);
   renumbered_ = false;
@@ -374,10 +405,9 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
   double anchors_nJ = options.inertia ? AnchorEnergy() : 0.0;
 
   const int limit = options.max_newton_steps > 0 ? options.max_newton_steps : kMaxNewtonSteps;
-  for (;; ++report.steps) {
-    report.gradient_norm = Residual();
+  for (;; ++report->steps) {
+    const double start = Residual(&report->gradient_norm);
     const double energy = elastic_nJ_ + loads_nJ + anchors_nJ;
-    const double start = Precondition();
     double farthest = 0.0;
     const double anchor_curvature = Direct(0.0f, &farthest);
     // ½ gᵀH⁻¹g, the energy still to gain, is at most ½ gᵀM⁻¹g over the lower end of the spectrum of
@@ -385,12 +415,12 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
     const double gap = kGapSafety * 0.5 * start / lowest_ratio_;
     // Likewise for the vertices, whose error M⁻¹r understates by about the root of that.
     const double error_mm = farthest / (kErrorSafety * std::sqrt(lowest_ratio_));
-    report.converged = (gap <= options.tolerance * energy && error_mm <= kVertexToleranceMm) ||
-                       farthest <= kStillMm;
-    if (report.converged || report.steps >= limit) break;
+    report->converged = (gap <= options.tolerance * energy && error_mm <= kVertexToleranceMm) ||
+                        farthest <= kStillMm;
+    if (report->converged || report->steps >= limit) break;
     const double enough = 0.1 * lowest_ratio_ * options.tolerance * energy;
     const LinearSolve solve = SolveLinear(start, enough, anchor_curvature);
-    report.cg_iterations += solve.iterations;
+    report->cg_iterations += solve.iterations;
     // The quadratic model loses about ½ rᵀM⁻¹r; a step must keep a part of that.
     const double margin = 1e-5 * energy;  // rounding of the single-precision energy
     double length = 1.0;
@@ -406,13 +436,13 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
       length *= 0.5;
     }
     if (!accepted) {
-      ++report.steps;
+      ++report->steps;
       break;
     }
   }
-  report.elastic_energy_uJ = 1e-3 * elastic_nJ_;
-  report.spring_energy_uJ = 1e-3 * loads_nJ;
-  report.spring_weights = loads_.SpringWeights();
+  report->elastic_energy_uJ = 1e-3 * elastic_nJ_;
+  report->spring_energy_uJ = 1e-3 * loads_nJ;
+  report->spring_weights = loads_.SpringWeights();
   Points moved(mesh_.VertexCount(), 3);
   for (Index v = 0; v < mesh_.VertexCount(); ++v)
     moved.row(v) =
@@ -421,7 +451,6 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
     *velocities = (moved - *positions) / options.time_step_s;
   *positions = moved;
   last_positions_ = std::move(moved);
-  return report;
 }
 
 }  // namespace

@@ -24,6 +24,15 @@ class Workers {
                                 threads > 0 ? threads : int(tbb::task_arena::automatic));
   }
 
+  /// Runs all of a piece of work among these threads: they stay at hand between its loops.
+  template <class Function>
+  void Run(const Function& function) const {
+    if (arena_)
+      arena_->execute(function);
+    else
+      function();
+  }
+
   /// function(begin, end) for each chunk of [0, count).
   template <class Function>
   void ForChunks(Index count, Index chunk, const Function& function) const {

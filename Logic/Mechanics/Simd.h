@@ -24,6 +24,11 @@ inline F8 WithSign(F8 a, F8 b) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   return (F8)_mm256_or_ps(_mm256_andnot_ps(sign, (__m256)a), _mm256_and_ps(sign, (__m256)b));
 }
+/// a where b ≥ 0, else −a.
+inline F8 FlipSign(F8 a, F8 b) {
+  const __m256 sign = _mm256_set1_ps(-0.0f);
+  return (F8)_mm256_xor_ps((__m256)a, _mm256_and_ps(sign, (__m256)b));
+}
 /// Bit i set where lane i of a > b (false for NaN).
 inline int Greater(F8 a, F8 b) {
   return _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_GT_OQ));

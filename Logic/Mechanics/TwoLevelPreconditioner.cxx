@@ -13,6 +13,8 @@ constexpr double kLoadChange = 0.15;
 void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec3>& rest,
                                    const ElementField& field) {
   coarse_.Reset(rest, field);
+  factored_anchor_.assign(field.VertexCount(), 0.0f);
+  factored_ = factored_anchor_;
   diagonal_.assign(field.Chunks().size(), {});
   std::vector<Index> all(field.Chunks().size());
   std::iota(all.begin(), all.end(), 0);
@@ -27,6 +29,7 @@ void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec
     coarse_stale_ = true;
   }
   factored_anchor_.resize(field.VertexCount(), 0.0f);
+  factored_.resize(field.VertexCount(), 0.0f);
   RefreshDiagonal(workers, field, patch.chunks);
 }
 
@@ -47,23 +50,16 @@ void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const Eleme
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
       const ElementBlock& block = chunk.blocks[i / 8];
       const int lane = static_cast<int>(i % 8);
-      const Mat3 R = LaneRotation(chunk.states[i / 8], lane);
-      const double mu = 0.5 * static_cast<double>(block.two_mu[lane]);
-      const double lambda = static_cast<double>(block.lambda[lane]);
-      Vec3 origin = Vec3::Zero();
-      for (int a = 3; a >= 0; --a) {
-        Vec3 h = origin;
-        if (a > 0) {
-          h = R *
-              Vec3(block.B[3 * a - 3][lane], block.B[3 * a - 2][lane], block.B[3 * a - 1][lane]);
-          origin -= h;
-        }
+      const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
+      const float mu = 0.5f * block.two_mu[lane], lambda = block.lambda[lane];
+      for (int a = 0; a < 4; ++a) {
+        const Eigen::Vector3f h = g.col(a);
         Diagonal& d = diagonal[block.corner[a][lane]];
-        const double own = mu * h.squaredNorm();
-        for (int r = 0; r < 3; ++r) d[r] += static_cast<float>((lambda + mu) * h[r] * h[r] + own);
-        d[3] += static_cast<float>((lambda + mu) * h.y() * h.z());
-        d[4] += static_cast<float>((lambda + mu) * h.x() * h.z());
-        d[5] += static_cast<float>((lambda + mu) * h.x() * h.y());
+        const float own = mu * h.squaredNorm();
+        for (int r = 0; r < 3; ++r) d[r] += (lambda + mu) * h[r] * h[r] + own;
+        d[3] += (lambda + mu) * h.y() * h.z();
+        d[4] += (lambda + mu) * h.x() * h.z();
+        d[5] += (lambda + mu) * h.x() * h.y();
       }
     }
   });
@@ -71,25 +67,20 @@ void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const Eleme
 
 void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& field,
                                     const FeatureLoads& loads, const std::vector<float>& anchor) {
-  bool same = !coarse_stale_ && factored_stiffness_.size() == loads.Loads().size() &&
-              factored_anchor_.size() == anchor.size();
-  if (same) {
-    double change = 0.0, sum = 0.0;
-    for (std::size_t l = 0; l < factored_stiffness_.size(); ++l) {
-      change += std::abs(factored_stiffness_[l] - loads.Loads()[l].stiffness);
-      sum += factored_stiffness_[l];
-    }
-    for (std::size_t v = 0; v < anchor.size(); ++v) {
-      change += std::abs(factored_anchor_[v] - anchor[v]);
-      sum += factored_anchor_[v];
-    }
-    same = change <= kLoadChange * sum;
+  // Compared by vertex: loads come and go (an outline's do in every frame) where others were.
+  std::vector<float> held = anchor;
+  loads.ForVertices(0, field.VertexCount(), [&](Index v, Index l, float w) {
+    held[v] += w * static_cast<float>(loads.Loads()[l].stiffness);
+  });
+  double change = 0.0, sum = 0.0;
+  for (std::size_t v = 0; v < factored_.size(); ++v) {
+    change += std::abs(factored_[v] - held[v]);
+    sum += factored_[v];
   }
+  const bool same = !coarse_stale_ && change <= kLoadChange * sum;
   if (!same) {
     factored_anchor_ = anchor;
-    factored_stiffness_.resize(loads.Loads().size());
-    for (std::size_t l = 0; l < factored_stiffness_.size(); ++l)
-      factored_stiffness_[l] = loads.Loads()[l].stiffness;
+    factored_ = std::move(held);
     coarse_.Factor(loads, anchor);
   }
   if (!same || diagonal_stale_) InvertDiagonal(workers, field, loads);

@@ -58,8 +58,8 @@ class TwoLevelPreconditioner {
   void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads);
   std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
   std::vector<Inverse> inverse_;
-  std::vector<double> factored_stiffness_;  ///< of each load
-  std::vector<float> factored_anchor_;
+  std::vector<float> factored_anchor_;  ///< by inner vertex
+  std::vector<float> factored_;         ///< likewise, with the loads' stiffness
   bool coarse_stale_ = true, diagonal_stale_ = true;
 };
 

@@ -17,7 +17,7 @@ class Kernels : public ::testing::Test {
     for (int lane = 0; lane < 8; ++lane) {
       elements_.push_back(MakeElement(mesh_, testing::SoftTissue(), 6 * lane));
       SetLane(elements_.back(), lane, &block_);
-      SetLaneRotation(Mat3::Identity(), lane, &state_);
+      SetLaneRotation(Mat3::Identity(), block_, lane, &state_);
       for (int a = 0; a < 4; ++a)
         block_.corner[a][lane] = static_cast<std::uint16_t>(mesh_.tets(6 * lane, a));
     }
