@@ -231,9 +231,9 @@ double ExposureRegistration::RefineByContour(const Frame& frame) {
   double best = ContourFit(frame);
   Eigen::Isometry3d best_pose = camera_.camera_from_world;
   for (int step = 0; step < kContourSteps; ++step) {
-    const Image seen = Seen(frame, ProjectedMask(organ_, camera_));
+    const Image model = ProjectedMask(organ_, camera_);
     const SilhouetteTargets found =
-        FindSilhouette(boundary_, mesh_, mesh_.rest, camera_, seen, kReach_px);
+        FindSilhouette(boundary_, mesh_, mesh_.rest, camera_, model, Seen(frame, model), kReach_px);
     if (found.at.Size() < 12 || !(found.confidence.sum() > 0)) break;
     const Points now = found.at.Positions(mesh_.rest, mesh_.tets);
     const Eigen::Isometry3d motion = RigidFit(now, found.targets, found.confidence);

@@ -5,13 +5,10 @@
 #include <map>
 
 #include "Core/Features.h"
-#include "Registration/OrganMask.h"
 
 namespace kerf {
 namespace {
 
-constexpr int kCoarse =
-    4;  // the mask that tells outer outline from inner folds is this much smaller
 constexpr double kLongestMove_mm = 2.5;
 constexpr double kBlind_mm = 6.0;     // around a place where the rest outline is not seen
 constexpr double kBlindOff_px = 5.0;  // seen farther off than this at rest: not the organ's outline
@@ -67,11 +64,12 @@ Points BlindOutline(const SilhouetteTargets& at_rest, const TetMesh& mesh,
 
 SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
                                  const Points& positions, const CameraModel& camera,
-                                 const Image& organ_mask, int reach) {
+                                 const Image& model_mask, const Image& organ_mask, int reach) {
   SilhouetteTargets out;
   out.at.weights.resize(0, 4);
   out.targets.resize(0, 3);
-  if (organ_mask.width != camera.width || organ_mask.height != camera.height) return out;
+  for (const Image* mask : {&model_mask, &organ_mask})
+    if (mask->width != camera.width || mask->height != camera.height) return out;
   const Vec3 eye = camera.Center();
   std::vector<char> front(boundary.triangles.rows());
   for (Index t = 0; t < boundary.triangles.rows(); ++t) {
@@ -80,17 +78,10 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
     const Vec3 c = positions.row(boundary.triangles(t, 2)).transpose();
     front[t] = (b - a).cross(c - a).dot(eye - a) > 0.0;
   }
-  CameraModel coarse = camera;
-  coarse.width = camera.width / kCoarse;
-  coarse.height = camera.height / kCoarse;
-  for (double* value : {&coarse.fx, &coarse.fy, &coarse.cx, &coarse.cy}) *value /= kCoarse;
-  SurfaceMesh surface{positions, boundary.triangles};
-  const Image mask = ProjectedMask(surface, coarse);
   const auto covered = [&](const Vec2& p) {
-    const int u = static_cast<int>(std::lround(p.x() / kCoarse));
-    const int v = static_cast<int>(std::lround(p.y() / kCoarse));
-    return u >= 0 && v >= 0 && u < mask.width && v < mask.height &&
-           mask.data[std::size_t(v) * mask.width + u] != 0;
+    const long u = std::lround(p.x()), v = std::lround(p.y());
+    return u >= 0 && v >= 0 && u < model_mask.width && v < model_mask.height &&
+           model_mask.data[std::size_t(v) * model_mask.width + u] != 0;
   };
   std::vector<char> used(positions.rows(), 0);
   std::vector<Index> vertices;

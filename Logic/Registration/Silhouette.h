@@ -31,12 +31,13 @@ struct SilhouetteTargets {
 };
 
 /// Along the normal of the model's outline, the place that best parts organ from background.
-/// @param organ_mask 1 channel, raw image size, as OrganSegmenter gives it; another size gives no
-/// targets
+/// @param model_mask projection of these positions (ProjectedMask): tells the outline from folds
+/// @param organ_mask 1 channel, raw image size, as OrganSegmenter gives it; another size of either
+/// mask gives no targets
 /// @param reach_px how far is searched to either side
 SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh& mesh,
                                  const Points& positions, const CameraModel& camera,
-                                 const Image& organ_mask, int reach_px);
+                                 const Image& model_mask, const Image& organ_mask, int reach_px);
 
 /// Places of the rest outline that the registered image does not show where the model has them:
 /// something (a clamp, other tissue) hides the organ there. @return M×3 rest positions, mm

@@ -1,12 +1,14 @@
 #include "Registration/Step.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "Registration/CutDetection.h"
 #include "Registration/CutSearch.h"
 #include "Registration/JumpDetection.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
+#include "Registration/OrganSearch.h"
 #include "Registration/Untangle.h"
 
 namespace kerf {
@@ -203,7 +205,7 @@ RegistrationState Initialize(const Frame& first, const CameraModel& camera, TetM
   state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
   if (options.silhouette_factor > 0.0 && engine.segmenter && first.image) {
     const SilhouetteTargets seen =
-        FindSilhouette(state.boundary, state.mesh, state.positions, camera,
+        FindSilhouette(state.boundary, state.mesh, state.positions, camera, mask,
                        engine.segmenter->Segment(first, mask), options.silhouette_reach_px);
     state.blind_outline = BlindOutline(seen, state.mesh, camera);
     state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
@@ -219,6 +221,14 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
                 Engine& engine, RegistrationState* state) {
   StepReport report;
   state->frame = frame.index;
+  // The organ is looked for from where the last frame left the model, beside the steps up to [6].
+  std::optional<OrganSearch> search;
+  if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image)
+    search.emplace(*engine.segmenter, frame, camera);
+  const auto begin_search = [&] {
+    if (search) search->Begin({state->positions, state->boundary.triangles});
+  };
+  begin_search();
   Begin(engine, Stage::Tracking);
   const Pixels before = state->features.pixels;
   engine.tracker.Track(frame, &state->features);  // [1] track features frame to frame
@@ -246,11 +256,12 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     const Points gauged =
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
     Springs springs = FeatureSprings(*state, gauged, usable, camera, options);
-    if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image) {
-      const SurfaceMesh outline{state->positions, state->boundary.triangles};
-      const Image organ = engine.segmenter->Segment(frame, ProjectedMask(outline, camera));
-      const SilhouetteTargets seen = FindSilhouette(state->boundary, state->mesh, state->positions,
-                                                    camera, organ, options.silhouette_reach_px);
+    if (search) {
+      if (repeat > 0 || !report.cuts.empty()) begin_search();  // the model has changed since
+      const auto& [model, organ] = search->Wait();
+      const SilhouetteTargets seen =
+          FindSilhouette(state->boundary, state->mesh, state->positions, camera, model, organ,
+                         options.silhouette_reach_px);
       NoteOutline(seen, *state, &report);
       AddSilhouette(seen, camera, options, &springs);
     }
