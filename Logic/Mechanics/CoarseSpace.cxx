@@ -112,7 +112,7 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
         for (Index e = 4 * chunk.vertices[corner]; e < 4 * chunk.vertices[corner] + 4; ++e) {
           if (parent[e] < 0) continue;
           auto& [visited, last] = last_at_node[node_[e]];
-          if (visited == visit) {
+          if (visited == visit && parent[e] != parent[last]) {
             const Index p = FindRoot(&parent, e), q = FindRoot(&parent, last);
             parent[std::max(p, q)] = std::min(p, q);
           }

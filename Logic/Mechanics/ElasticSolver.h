@@ -48,6 +48,7 @@ struct Fixations {
 struct SolveOptions {
   int steps = 1;               ///< reference: implicit Euler steps
   int max_newton_steps = 0;    ///< Kerf: most Newton steps (0 = 12)
+  int most_iterations = 0;     ///< Kerf: most CG iterations of a call, all steps (0 = 80 a step)
   int max_cg_iterations = 25;  ///< reference: per linear solve (0 = until tolerance)
   double time_step_s = 0.04;   ///< implicit Euler step (reference; Kerf: only with `inertia`)
   bool inertia = false;        ///< Kerf: add M/h² and the velocities, as the reference always does

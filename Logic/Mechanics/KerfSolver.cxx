@@ -64,8 +64,8 @@ class KerfSolver final : public ElasticSolver {
   /// direction_ = M⁻¹ residual_ + beta direction_. @return Σ anchor |p|²; farthest motion of M⁻¹r
   double Direct(float beta, double* farthest_mm);
   /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
-  /// done.
-  LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature);
+  /// done. @param most iterations
+  LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
   void MoveBy(double length);
 
   TetMesh mesh_;
@@ -307,7 +307,7 @@ double KerfSolver::Direct(float beta, double* farthest_mm) {
 }
 
 KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_nJ,
-                                                double anchor_curvature) {
+                                                double anchor_curvature, int most) {
   LinearSolve solve;
   solve.start_nJ = solve.end_nJ = start_nJ;
   std::fill(step_.begin(), step_.end(), F4{});
@@ -317,7 +317,7 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
       std::max(kCgReduction * kCgReduction * start_nJ, std::min(enough_nJ, 0.05 * start_nJ));
   std::vector<double> alphas, betas;
   double rz = start_nJ, farthest = 0.0;
-  while (solve.iterations < kMaxCgIterations && rz > target) {
+  while (solve.iterations < most && rz > target) {
     // Chunk `chunks` stands for the springs.
     const double curvature =
         anchor_curvature + workers_.SumChunks(chunks + 1, 1, [&](Index c, Index) {
@@ -417,9 +417,12 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
     const double error_mm = farthest / (kErrorSafety * std::sqrt(lowest_ratio_));
     report->converged = (gap <= options.tolerance * energy && error_mm <= kVertexToleranceMm) ||
                         farthest <= kStillMm;
-    if (report->converged || report->steps >= limit) break;
+    const int left = options.most_iterations > 0 ? options.most_iterations - report->cg_iterations
+                                                 : kMaxCgIterations;
+    if (report->converged || report->steps >= limit || left <= 0) break;
     const double enough = 0.1 * lowest_ratio_ * options.tolerance * energy;
-    const LinearSolve solve = SolveLinear(start, enough, anchor_curvature);
+    const LinearSolve solve =
+        SolveLinear(start, enough, anchor_curvature, std::min(left, kMaxCgIterations));
     report->cg_iterations += solve.iterations;
     // The quadratic model loses about ½ rᵀM⁻¹r; a step must keep a part of that.
     const double margin = 1e-5 * energy;  // rounding of the single-precision energy

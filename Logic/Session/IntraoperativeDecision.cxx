@@ -7,8 +7,8 @@ namespace kerf {
 namespace {
 
 using Kind = IntraoperativeDecision::Kind;
-constexpr Kind kKinds[] = {Kind::AcceptCut, Kind::RejectCut, Kind::Undo,   Kind::DrawCut,
-                           Kind::HoldCuts,  Kind::TakeCuts,  Kind::Confirm};
+constexpr Kind kKinds[] = {Kind::AcceptCut, Kind::RejectCut, Kind::Undo,    Kind::DrawCut,
+                           Kind::HoldCuts,  Kind::TakeCuts,  Kind::Confirm, Kind::LimitSolver};
 
 std::vector<double> Flat(const Points& points) {
   return {points.data(), points.data() + points.size()};
@@ -32,6 +32,8 @@ const char* EventName(Kind kind) {
       return "cuts automatic";
     case Kind::Confirm:
       return "registration confirmed";
+    case Kind::LimitSolver:
+      return "solver limited";
   }
   return "";
 }
@@ -40,6 +42,7 @@ JournalData ToJournal(const IntraoperativeDecision& decision) {
   JournalData data;
   if (decision.kind == Kind::AcceptCut || decision.kind == Kind::RejectCut)
     data.push_back({"cut", decision.cut});
+  if (decision.kind == Kind::LimitSolver) data.push_back({"iterations", decision.iterations});
   if (decision.kind == Kind::DrawCut) {
     data.push_back({"line_rest_mm", Flat(decision.line)});
     data.push_back({"direction", std::vector<double>{decision.direction.x(), decision.direction.y(),
@@ -61,6 +64,12 @@ std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
       const auto cut = entry.Number("cut");
       if (!cut) throw InputError(file, where, "has no number of a cut");
       decision.cut = static_cast<int>(*cut);
+    }
+    if (kind == Kind::LimitSolver) {
+      const auto iterations = entry.Number("iterations");
+      if (!iterations || !(*iterations >= 0 && *iterations < 1e6))
+        throw InputError(file, where, "has no number of iterations");
+      decision.iterations = static_cast<int>(*iterations);
     }
     if (kind == Kind::DrawCut) {
       const auto line = entry.Numbers("line_rest_mm"), direction = entry.Numbers("direction");
@@ -113,6 +122,9 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       return {true, "Cuts are taken automatically."};
     case Kind::Confirm:
       return {true, "Registration confirmed."};
+    case Kind::LimitSolver:
+      session->LimitSolver(decision->iterations);
+      return {true, {}};
   }
   return {};
 }

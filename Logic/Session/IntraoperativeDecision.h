@@ -10,7 +10,8 @@ namespace kerf {
 
 class RegistrationSession;
 
-/// What the surgeon decides while a session runs. It takes effect between two frames and is written
+/// What the surgeon (or, for the solver's limit, the deadline of a frame) decides while a session
+/// runs. It takes effect between two frames and is written
 /// to the journal with the number of the frame that it comes before, so that a replay does the
 /// same.
 struct IntraoperativeDecision {
@@ -19,15 +20,17 @@ struct IntraoperativeDecision {
     RejectCut,
     Undo,
     DrawCut,
-    HoldCuts,  ///< from now on proposals wait
-    TakeCuts,  ///< from now on cuts are taken automatically
-    Confirm    ///< the registration is right again after a loss: show the overlay
+    HoldCuts,    ///< from now on proposals wait
+    TakeCuts,    ///< from now on cuts are taken automatically
+    Confirm,     ///< the registration is right again after a loss: show the overlay
+    LimitSolver  ///< from now on at most `iterations` a frame
   } kind = Kind::Undo;
   int cut = -1;
   Pixels stroke;                  ///< DrawCut, live: raw distorted px
   Points line;                    ///< DrawCut: at rest, LPS, mm; found from the stroke where empty
   Vec3 direction = Vec3::Zero();  ///< DrawCut; zero: the camera's
   double depth_mm = 0.0;          ///< DrawCut; 0: through
+  int iterations = 0;             ///< LimitSolver; 0: until the solver has converged
 };
 
 /// Event in the journal where registering threw: the frame that it names was not registered.

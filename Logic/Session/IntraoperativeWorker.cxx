@@ -4,6 +4,8 @@
 #include <mutex>
 #include <thread>
 
+#include "Session/SolverPace.h"
+
 namespace kerf {
 namespace {
 
@@ -19,6 +21,7 @@ struct IntraoperativeWorker::Implementation {
   explicit Implementation(Parts given)
       : parts(std::move(given)),
         maker(parts.uncut, parts.plan),
+        pace(parts.deadline_ms),
         recording_problem(parts.recording_problem) {}
 
   Parts parts;
@@ -39,6 +42,8 @@ struct IntraoperativeWorker::Implementation {
   std::optional<Clock::time_point> off_since;
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
+  SolverPace pace;
+  int solver_limit = 0;
   std::string recording_problem, said, stopped;
   int said_number = 0;
   SessionFrame last;
@@ -72,6 +77,7 @@ struct IntraoperativeWorker::Implementation {
   void GoOnWithout(const std::string& why);
   void Register(const CapturedFrame& captured);
   void CarryOut(IntraoperativeDecision decision);
+  void KeepDeadline();
   void WatchSource();
   void Gate(const SourceState& source, IntraoperativeSnapshot* out);
   std::shared_ptr<IntraoperativeSnapshot> Describe(const Frame& frame, const SessionFrame& report,
@@ -95,6 +101,16 @@ void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decis
     needs_confirmation = false;
     off_since.reset();
   }
+  Say(EventName(decision.kind), ToJournal(decision));
+}
+
+void IntraoperativeWorker::Implementation::KeepDeadline() {
+  pace.Note(last.times.Sum(), last.times.solve_ms, last.step.solve.cg_iterations);
+  if (pace.Limit() == solver_limit) return;
+  IntraoperativeDecision decision;
+  decision.kind = IntraoperativeDecision::Kind::LimitSolver;
+  decision.iterations = solver_limit = pace.Limit();
+  Decide(parts.session.get(), &decision);  // unlike a surgeon's, without words
   Say(EventName(decision.kind), ToJournal(decision));
 }
 
@@ -158,6 +174,7 @@ void IntraoperativeWorker::Implementation::Register(const CapturedFrame& capture
   last = parts.session->Process(frame);
   ++frames;
   WithSink([&](IntraoperativeSink& sink) { sink.Registered(last, parts.session->State()); });
+  KeepDeadline();
   if (frames == 1)
     for (const IntraoperativeDecision& decision : parts.first) CarryOut(decision);
   Publish(Describe(frame, last, captured.captured));

@@ -38,6 +38,7 @@ class IntraoperativeWorker {
     std::vector<IntraoperativeDecision> first;  ///< before the second frame: cuts of a session that
                                                 ///< is taken up again
     std::function<void()> on_snapshot;          ///< from the worker's thread; must be quick
+    double deadline_ms = 40.0;  ///< of a frame: what takes longer limits the solver; 0 = none
   };
   explicit IntraoperativeWorker(Parts parts);
   ~IntraoperativeWorker();  ///< stops and completes the recording

@@ -58,6 +58,9 @@ class RegistrationSession {
   void KeepHistory() { history_kept_ = true; }
   /// Proposals wait for AcceptCut, or are applied as they come.
   void HoldCuts(bool hold) { options_.hold_cuts = hold; }
+  /// From the next frame on the solver takes at most so many iterations a frame; 0 = until it has
+  /// converged.
+  void LimitSolver(int iterations) { options_.solve.most_iterations = iterations; }
   /// Cuts the model along a held proposal. @return what the cutter did
   CutReport AcceptCut(int cut);
   /// Forgets a proposal, or takes an applied cut out of the model; its evidence counts no more.
