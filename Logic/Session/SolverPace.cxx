@@ -22,7 +22,8 @@ void SolverPace::Note(double total_ms, double solve_ms, int iterations) {
   const double room = (deadline_ms_ - other_ms_) / std::max(iteration_ms_, 1e-6);
   const int wanted = static_cast<int>(std::clamp<double>(std::floor(room), kFewest, kPlenty));
   const int now = limit_ > 0 ? limit_ : kPlenty;
-  if (wanted == now || (wanted < kChange * now && now < kChange * wanted)) return;
+  const bool close = wanted < kChange * now && now < kChange * wanted;
+  if (wanted < kPlenty && close) return;
   limit_ = wanted >= kPlenty ? 0 : wanted;
 }
 
