@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <filesystem>
 
 #include "Adapters/Itk/Segmentation.h"
@@ -6,6 +5,7 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/CaseFolder.h"
+#include "CaseIO/InputHash.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Pipelines/PlanPipeline.h"
 
@@ -13,18 +13,6 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// One hash for a file, or for the files of a folder in the order of their names.
-std::string Sha256OfInput(const std::string& path) {
-  if (!fs::is_directory(path)) return Sha256OfFile(path);
-  std::vector<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path))
-    if (entry.is_regular_file()) files.push_back(entry.path().string());
-  std::sort(files.begin(), files.end());
-  std::string hashes;
-  for (const std::string& file : files) hashes += Sha256OfFile(file);
-  return Sha256OfText(hashes);
-}
 
 /// Labels made on another series are silently wrong: at least nine tenths of them must lie in the
 /// CT.
@@ -55,9 +43,20 @@ void RequireOverlap(const LabelMap& labels, const Volume& ct, Progress& progress
 }
 
 LabelMap Segment(const PlanRequest& request, const Volume& ct, Progress& progress) {
-  if (request.preset.empty() && request.seeds_file.empty()) return SegmentStudyCt(ct, progress);
+  const bool one_organ = HoldsOneOrgan(ct);
+  if (request.preset.empty() && request.seeds_file.empty() && one_organ)
+    return SegmentStudyCt(ct, progress);
   SegmentationRequest segmentation;
-  if (!request.preset.empty()) segmentation.preset = ParseOrganPreset(request.preset);
+  if (!request.preset.empty()) {
+    segmentation.preset = ParseOrganPreset(request.preset);
+  } else if (one_organ) {
+    segmentation.preset = AssumePreset(ct, progress);
+  } else {
+    segmentation.preset = OrganPreset::Liver;
+    progress.Warn(request.input +
+                  ": may show more than one organ and no --preset is given: the liver is segmented "
+                  "(--preset kidney with a seed in the kidney for a kidney)");
+  }
   if (!request.seeds_file.empty()) {
     segmentation.seeds = ReadSeeds(request.seeds_file);
     segmentation.seeds_source = request.seeds_file;
@@ -132,7 +131,7 @@ PlannedCase Plan(const PlanRequest& request, Progress& progress) {
   if (!request.seeds_file.empty())
     for (const MarkupList& list : ReadMarkups(request.seeds_file))
       planned.seeds.insert(planned.seeds.end(), list.points.begin(), list.points.end());
-  planned.provenance["input_sha256"] = Sha256OfInput(request.input);
+  planned.provenance["input_sha256"] = Sha256OfInput(request.input, progress);
   if (!request.labels_file.empty())
     planned.provenance["labels_sha256"] = Sha256OfFile(request.labels_file);
   if (!request.seeds_file.empty())

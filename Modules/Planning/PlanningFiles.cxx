@@ -1,11 +1,11 @@
 #include "PlanningFiles.h"
 
 #include <filesystem>
-#include <set>
 
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
 #include "CaseIO/CaseFolder.h"
+#include "CaseIO/InputHash.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
 #include "Pipelines/PlanPipeline.h"
@@ -15,30 +15,6 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// As `kerf plan` names its input: by its content, so that the same CT has the same pseudonym.
-std::string HashOfInput(const std::string& path, Progress& progress) {
-  if (!fs::exists(path)) return {};
-  if (!fs::is_directory(path)) {
-    // The CT of a case that is planned on: what the case was made from stays its input.
-    const std::string parent = fs::path(path).parent_path().string();
-    if (FolderFormat(parent) == "kerf-case") {
-      const CaseManifest manifest = CaseFolder::Open(parent, false).Manifest();
-      const auto input = manifest.provenance.find("input_sha256");
-      if (input != manifest.provenance.end()) return input->second;
-    }
-    return Sha256OfFile(path);
-  }
-  std::set<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path))
-    if (entry.is_regular_file()) files.insert(entry.path().string());
-  std::string hashes;
-  for (const std::string& file : files) {
-    progress.ThrowIfCancelled();
-    hashes += Sha256OfFile(file);
-  }
-  return Sha256OfText(hashes);
-}
 
 /// What planning adds to the case that `kerf plan` would write.
 void WritePlan(const CaseToSave& what, const std::string& folder) {
@@ -82,8 +58,9 @@ void SaveCase(const CaseToSave& what, const std::string& folder, Progress& progr
   planned.camera = what.camera;
   planned.landmarks = what.landmarks;
   planned.seeds = what.seeds;
-  const std::string hash = HashOfInput(what.ct_path, progress);
-  if (!hash.empty()) planned.provenance["input_sha256"] = hash;
+  // As `kerf plan` names its input: by its content, so that the same CT has the same pseudonym.
+  if (fs::exists(what.ct_path))
+    planned.provenance["input_sha256"] = Sha256OfInput(what.ct_path, progress);
   progress.ThrowIfCancelled();
   progress.Report(0.3, "writing the case");
   WriteCase(planned, folder, {{"program", std::string("kerf ") + KERF_VERSION}});

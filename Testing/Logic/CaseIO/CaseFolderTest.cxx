@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "CaseIO/CaseFolder.h"
+#include "CaseIO/InputHash.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
 #include "TemporaryFolder.h"
@@ -49,6 +50,26 @@ TEST(CaseFolder, WhatIsWrittenComesBack) {
   EXPECT_THAT(MessageOf<InputError>([&] { back.Path("tumour"); }), HasSubstr("tumour"));
   EXPECT_EQ(FolderFormat(folder / "case"), "kerf-case");
   EXPECT_EQ(folder.EntryCount(), 1u) << "a staging folder was left behind";
+}
+
+TEST(CaseFolder, OneHashNamesAnInput) {
+  TemporaryFolder folder;
+  Progress silent;
+  Put(folder / "ct.nrrd", "ct");
+  EXPECT_EQ(Sha256OfInput(folder / "ct.nrrd", silent), Sha256OfText("ct"));
+  fs::create_directories(folder / "series/more");
+  Put(folder / "series/b", "two");
+  Put(folder / "series/a", "one");
+  Put(folder / "series/more/a", "three");
+  EXPECT_EQ(Sha256OfInput(folder / "series", silent),
+            Sha256OfText(Sha256OfText("one") + Sha256OfText("two") + Sha256OfText("three")));
+  // What is planned again from a case's own CT is the same patient.
+  CaseWriter writer(folder / "case");
+  writer.Manifest().pseudonym = "case-1";
+  writer.Manifest().provenance["input_sha256"] = Sha256OfText("the first input");
+  Put(writer.Stage("ct.nrrd", "ct"), "ct");
+  writer.Commit();
+  EXPECT_EQ(Sha256OfInput(folder / "case/ct.nrrd", silent), Sha256OfText("the first input"));
 }
 
 TEST(CaseFolder, DamageIsNamed) {
