@@ -182,7 +182,7 @@ void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest) {
   std::vector<Index> vertices;
   for (Index v = 0; v < static_cast<Index>(rest.rows()); ++v)
-    if (rest.row(v).dot(region.axis.transpose()) >= region.from_mm) vertices.push_back(v);
+    if (region.Holds(rest.row(v).transpose())) vertices.push_back(v);
   return vertices;
 }
 
@@ -197,6 +197,30 @@ Points BentByGrips(const GripFit& fit, const Points& rest) {
     bent.row(v) = (t * (fit.motions[0] * x) + (1.0 - t) * (fit.motions[1] * x)).transpose();
   }
   return bent;
+}
+
+GripFit Regripped(const GripFit& fit, const std::vector<double>& factors, const Points& rest) {
+  GripFit other = fit;
+  for (std::size_t g = 0; g < other.regions.size(); ++g) {
+    GripRegion& region = other.regions[g];
+    const double end_mm = (rest * region.axis).maxCoeff();
+    region.from_mm = end_mm - factors[g] * (end_mm - region.from_mm);
+  }
+  other.settled = false;
+  other.stale_columns = static_cast<int>(other.sensitivities.cols());
+  return other;
+}
+
+GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Points& rest) {
+  const Points before = BentByGrips(fit, rest);
+  for (std::size_t g = 0; g < fit.motions.size(); ++g)
+    fit.motions[g] = now.motions[g] * then.motions[g].inverse() * fit.motions[g];
+  fit.positions += BentByGrips(fit, rest) - before;
+  fit.trust = now.trust;
+  fit.trust_across = now.trust_across;
+  fit.settled = false;
+  fit.stale_columns = 0;
+  return fit;
 }
 
 GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Material& material,
@@ -226,6 +250,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   const Index m = static_cast<Index>(sights.feature.size());
   if (m < 12) {
     fit->trust = std::max(0.0, fit->trust - options.trust_lost);
+    fit->trust_across = std::max(0.0, fit->trust_across - options.trust_lost);
     fit->residual_mm = 0.0;  // nothing to explain, nothing to probe
     return;
   }
@@ -289,7 +314,12 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
       falling(now.rms_mm, options.believed_mm, options.disbelieved_mm) *
       falling(fit->strain2, options.linear_strain2, options.nonlinear_strain2) *
       falling(-now.explained_share, -options.explained_share, -options.unexplained_share);
-  fit->trust += std::clamp(deserved - fit->trust, -options.trust_lost, options.trust_gained);
+  const auto follow = [&](double value, double* trust) {
+    *trust += std::clamp(value - *trust, -options.trust_lost, options.trust_gained);
+  };
+  follow(deserved, &fit->trust);
+  follow(falling(now.rms_mm, options.believed_across_mm, options.disbelieved_across_mm),
+         &fit->trust_across);
 }
 
 }  // namespace kerf

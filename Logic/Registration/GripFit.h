@@ -13,6 +13,7 @@ namespace kerf {
 struct GripRegion {
   Vec3 axis = Vec3::UnitX();  ///< unit
   double from_mm = 0.0;
+  bool Holds(const Vec3& rest) const { return rest.dot(axis) >= from_mm; }
 };
 
 /// What explains the tracks by few rigidly moving grips on an otherwise unloaded organ, in
@@ -31,7 +32,8 @@ struct GripFit {
   double cost_mm2 = 0.0;                   ///< robust mean square across the lines of sight
   double residual_mm = 0.0;                ///< robust rms across the lines of sight
   double strain2 = 0.0;                    ///< mean squared strain of the organ
-  double trust = 0.0;                      ///< 0: not believed … 1
+  double trust = 0.0;                      ///< in its depth; 0: not believed … 1
+  double trust_across = 0.0;               ///< in what it says across the lines of sight
 };
 
 struct GripFitOptions {
@@ -51,6 +53,8 @@ struct GripFitOptions {
   double explained_share = 0.97;    ///< of the features within the robust scale: full belief
   double unexplained_share = 0.90;  ///< and none
   double disbelieved_mm = 0.60;     ///< and from which on not at all
+  double believed_across_mm = 1.2;  ///< the same for what it says across the lines of sight
+  double disbelieved_across_mm = 2.4;
 };
 
 /// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own
@@ -66,6 +70,14 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
 
 /// The organ bent smoothly from grip to grip, not yet in equilibrium: a start that no cut has torn.
 Points BentByGrips(const GripFit& fit, const Points& rest);
+
+/// The same grips with each held part as long as `factor` times what it was, its motion kept; the
+/// sensitivities are stale.
+GripFit Regripped(const GripFit& fit, const std::vector<double>& factors, const Points& rest);
+
+/// `fit`, begun from `then`, with the motion that the grips have made since, up to `now`.
+/// @param rest of the mesh that `fit` belongs to
+GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Points& rest);
 
 /// Vertices in a region.
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest);

@@ -40,12 +40,15 @@ struct UncutModel {
   std::vector<Structure> structures;
 };
 
-/// When better cuts are searched for (Registration/CutSearch.h).
-struct CutProbing {
-  int next_frame = 0;    ///< the next search begins then, at the earliest
-  int pause_frames = 0;  ///< after a search in vain
-  int due_frame = -1;    ///< what the running search found is taken over then; −1: none runs
-  bool turn = false;     ///< it tries directions, not ends
+/// When better cuts are searched for (Registration/ModelSearch.h).
+struct ModelProbing {
+  int next_frame = 0;      ///< the next search begins then, at the earliest
+  int pause_frames = 0;    ///< after a search in vain
+  int due_frame = -1;      ///< what the running search found is taken over then; −1: none runs
+  bool turn = false;       ///< it tries directions, not ends
+  bool of_grips = false;   ///< it tries the held parts, before any cut
+  double regrip_mm = 0.0;  ///< the held parts are tried from this residual on
+  int regrips = 0;         ///< searches for them so far
 };
 
 /// The only algorithmic memory of a registration (t): everything that one frame hands to the next.
@@ -64,7 +67,7 @@ struct RegistrationState {
   Points blind_outline;                      ///< rest places whose outline is hidden, mm
   BoundaryTopology boundary;                 ///< of `mesh`
   GripFit grips;                             ///< loads that explain the tracks (Kerf's method)
-  CutProbing probing;
+  ModelProbing probing;
   std::vector<ModelCut> cuts;  ///< p_C, S
 };
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "Registration/CutDetection.h"
-#include "Registration/CutSearch.h"
 #include "Registration/JumpDetection.h"
+#include "Registration/ModelSearch.h"
 #include "Registration/ModelUpdate.h"
 #include "Registration/OrganMask.h"
 #include "Registration/OrganSearch.h"
@@ -15,6 +15,7 @@ namespace kerf {
 namespace {
 
 constexpr int kSearchFrames = 8;         // a third of a second; searches take as long
+constexpr double kRegripGrowth = 1.4;    // of the residual: then the held parts are tried again
 constexpr int kLongestPause_frames = 8;  // between searches in vain
 
 void Begin(const Engine& engine, Stage stage) {
@@ -71,16 +72,38 @@ Eigen::VectorXd GaugeDepths_mm(const RegistrationState& state, const CameraModel
   return depth;
 }
 
-/// The held parts stay where the fit has them, as far as it is believed.
-Fixations HeldByGrips(const RegistrationState& state, const MethodOptions& options) {
+/// The held parts stay where the fit has them, as far as it is believed. A part without features
+/// (behind the instrument that holds it) would slip from where nothing else keeps it: there it is
+/// enough to believe what the fit says across the lines of sight, at the gauged depth.
+Fixations HeldByGrips(const RegistrationState& state, const std::vector<char>& usable,
+                      const CameraModel& camera, const MethodOptions& options) {
+  constexpr int kFewFeatures = 3;
   Fixations held;
-  if (!(state.grips.trust > 0.0)) return held;
-  for (const GripRegion& region : state.grips.regions)
-    for (Index v : VerticesIn(region, state.mesh.rest)) held.vertices.push_back(v);
-  held.targets.resize(held.vertices.size(), 3);
-  for (std::size_t k = 0; k < held.vertices.size(); ++k)
-    held.targets.row(k) = state.grips.positions.row(held.vertices[k]);
-  held.stiffness_g_s2 = state.grips.trust * options.SpringStiffness_g_s2();
+  std::vector<Vec3> targets;
+  double trust = 0.0;
+  for (const GripRegion& region : state.grips.regions) {
+    GripRegion outer_half = region;
+    outer_half.from_mm += 0.5 * ((state.mesh.rest * region.axis).maxCoeff() - region.from_mm);
+    int features = 0;
+    for (Index i = 0; i < state.bound.rest.rows(); ++i)
+      features += usable[i] && outer_half.Holds(state.bound.rest.row(i).transpose());
+    const double here = features < kFewFeatures
+                            ? std::max(state.grips.trust, state.grips.trust_across)
+                            : state.grips.trust;
+    if (!(here > 0.0)) continue;
+    trust = std::max(trust, here);
+    for (Index v : VerticesIn(region, state.mesh.rest)) {
+      const Vec3 place = state.grips.positions.row(v).transpose();
+      const double fitted = camera.Depth(place),
+                   rest = camera.Depth(Vec3(state.mesh.rest.row(v).transpose())),
+                   depth = rest + state.grips.trust * (fitted - rest);
+      held.vertices.push_back(v);
+      targets.push_back(camera.Center() + depth / fitted * (place - camera.Center()));
+    }
+  }
+  held.targets.resize(targets.size(), 3);
+  for (std::size_t k = 0; k < targets.size(); ++k) held.targets.row(k) = targets[k].transpose();
+  held.stiffness_g_s2 = trust * options.SpringStiffness_g_s2();
   return held;
 }
 
@@ -150,15 +173,23 @@ std::vector<CutEvent> Detect(const Points& current, const Points& targets,
 void Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
             StepReport* report) {
-  CutProbing& probing = state->probing;
+  ModelProbing& probing = state->probing;
+  if (probing.due_frame >= 0 && probing.of_grips && IsCut(*state)) {  // answered by the cut
+    engine.search->Drop();
+    probing.due_frame = -1;
+  }
   if (probing.due_frame < 0) {
     if (!report->cuts.empty()) {  // what grew is probed soon
-      probing = {state->frame + 1};
+      probing.next_frame = state->frame + 1;
+      probing.pause_frames = 0;
+      probing.turn = false;
       return;
     }
     if (state->frame < probing.next_frame) return;
-    if (engine.search->Begin(usable, camera, options, engine.cutter, *state))
+    if (engine.search->Begin(usable, camera, options, engine.cutter, *state)) {
       probing.due_frame = state->frame + kSearchFrames;
+      probing.of_grips = !IsCut(*state);
+    }
     return;
   }
   if (state->frame < probing.due_frame) return;
@@ -167,11 +198,17 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
   auto better = engine.search->Finish();
   Begin(engine, Stage::Solve);
   if (better) {
-    CutEvent event = TakeOver(std::move(*better), options, engine, state);
+    const CutEvent event = TakeOver(std::move(*better), options, engine, state);
     if (event.report.done) report->cuts.push_back(event);
     probing.pause_frames = 0;
   } else if (probing.turn) {
     probing.pause_frames = std::min(2 * probing.pause_frames + 1, kLongestPause_frames);
+  }
+  if (probing.of_grips) {
+    probing.regrip_mm = kRegripGrowth * state->grips.residual_mm;
+    ++probing.regrips;
+    probing.next_frame = state->frame + 1;
+    return;
   }
   probing.turn = !probing.turn && !options.extrusion;  // a given direction stays
   probing.next_frame = state->frame + (probing.turn ? 0 : probing.pause_frames);
@@ -265,9 +302,10 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       NoteOutline(seen, *state, &report);
       AddSilhouette(seen, camera, options, &springs);
     }
-    report.solve = engine.solvers.organ->Solve(springs, HeldByGrips(*state, options),
-                                               options.solve,  // [7] minimize Eq. (5)
-                                               &state->positions, &state->velocities);
+    report.solve =
+        engine.solvers.organ->Solve(springs, HeldByGrips(*state, usable, camera, options),
+                                    options.solve,  // [7] minimize Eq. (5)
+                                    &state->positions, &state->velocities);
   }
   report.untangled = Untangle(state->mesh, &state->positions);
   engine.tracker.Predict(ProjectedFeatures(*state, camera));

@@ -32,7 +32,7 @@ struct Solvers {
   std::unique_ptr<ElasticSolver> grips;  ///< GripFit; none: depth is gauged at rest alone
 };
 
-class CutSearch;
+class ModelSearch;
 
 /// The parts that a registration runs on. They hold caches only (image pyramids, factorizations).
 struct Engine {
@@ -41,7 +41,7 @@ struct Engine {
   TetCutter& cutter;
   StageObserver* observer = nullptr;
   OrganSegmenter* segmenter = nullptr;  ///< none: the silhouette takes no part
-  CutSearch* search = nullptr;          ///< none: cuts stay as they were found
+  ModelSearch* search = nullptr;        ///< none: cuts stay as they were found
 };
 
 /// A growth of a cut in this frame.

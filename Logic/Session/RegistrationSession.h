@@ -6,7 +6,7 @@
 #include "Core/Camera.h"
 #include "Core/Frame.h"
 #include "Registration/CutReview.h"
-#include "Registration/CutSearch.h"
+#include "Registration/ModelSearch.h"
 #include "Registration/Reliability.h"
 #include "Registration/Step.h"
 #include "Session/FrameWatch.h"
@@ -120,7 +120,7 @@ class RegistrationSession {
   std::unique_ptr<OrganSegmenter> segmenter_;
   Solvers solvers_;
   TetCutter cutter_;
-  CutSearch search_;
+  ModelSearch search_;
   std::unique_ptr<StageClock> clock_;
   RegistrationState state_;
   Index initially_tracked_ = 0;

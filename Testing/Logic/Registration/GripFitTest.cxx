@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "Registration/CutProbe.h"
 #include "Registration/GripFit.h"
+#include "Registration/ModelProbe.h"
 #include "Registration/ModelUpdate.h"
 #include "Support/TestMeshes.h"
 
@@ -195,35 +195,35 @@ TEST(GripFit, TooFewFeaturesSayNothing) {
   EXPECT_EQ(model.state.grips.trust, 0.0);
 }
 
-std::optional<BetterCut> Probed(const Model& model) {
-  return ProbeCuts(model.usable, Above(), {}, {}, model.cutter,
-                   std::make_shared<const RegistrationState>(model.state));
+std::optional<BetterModel> Probed(const Model& model) {
+  return ProbeModel(model.usable, Above(), {}, {}, model.cutter,
+                    std::make_shared<const RegistrationState>(model.state));
 }
 
-TEST(CutProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
+TEST(ModelProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
   const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
   Model model(&shorter);
   model.Follow(Seen(Truth(&right, 1.0)));
   const auto better = Probed(model);
   ASSERT_TRUE(better);
-  EXPECT_EQ(better->by, BetterCut::By::Longer);
+  EXPECT_EQ(better->by, BetterModel::By::Longer);
   const Points& line = better->instead.line.points;
   EXPECT_GT(line.col(1).maxCoeff(), -1.0);
   EXPECT_NEAR(line.col(1).minCoeff(), -24.0, 1e-9);  // nothing at the end that is over the rim
 }
 
-TEST(CutProbe, ACutThatIsTooLongIsTakenBack) {
+TEST(ModelProbe, ACutThatIsTooLongIsTakenBack) {
   const ModelCut right = CutTo(-3.0, 0), longer = CutTo(6.0, 0);
   Model model(&longer);
   model.Follow(Seen(Truth(&right, 1.0)));
   const auto better = Probed(model);
   ASSERT_TRUE(better);
-  EXPECT_EQ(better->by, BetterCut::By::Shorter);
+  EXPECT_EQ(better->by, BetterModel::By::Shorter);
   EXPECT_LT(better->instead.line.points.col(1).maxCoeff(), 4.0);
   EXPECT_EQ(better->model.mesh.VertexCount(), better->fitted.positions.rows());
 }
 
-TEST(CutProbe, ACutThatIsRightStaysAsItIs) {
+TEST(ModelProbe, ACutThatIsRightStaysAsItIs) {
   const ModelCut right = CutTo(4.0, 0);
   Model model(&right);
   model.Follow(Seen(Truth(&right, 1.0)));
@@ -233,14 +233,14 @@ TEST(CutProbe, ACutThatIsRightStaysAsItIs) {
   }
 }
 
-TEST(CutProbe, ACutInAWrongDirectionIsTurned) {
+TEST(ModelProbe, ACutInAWrongDirectionIsTurned) {
   const ModelCut right = CutTo(9.0, 24), straight = CutTo(9.0, 0);
   Model model(&straight);
   model.Follow(Seen(Truth(&right, 1.0)));
   model.state.probing.turn = true;
   const auto better = Probed(model);
   ASSERT_TRUE(better);
-  EXPECT_EQ(better->by, BetterCut::By::Turned);
+  EXPECT_EQ(better->by, BetterModel::By::Turned);
   EXPECT_GT(better->instead.direction.dot(right.direction),
             straight.direction.dot(right.direction));
 }

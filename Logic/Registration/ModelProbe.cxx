@@ -1,4 +1,4 @@
-#include "Registration/CutProbe.h"
+#include "Registration/ModelProbe.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ std::optional<Vec3> NextTip(const ModelCut& cut, bool at_end, double by_mm,
 /// `cut` with S turned about its line. @param limited its depth is given
 std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, bool limited,
                                const RegistrationState& state, const CameraModel& camera,
-                               const CutProbeOptions& probe) {
+                               const ModelProbeOptions& probe) {
   const Index n = static_cast<Index>(cut.line.points.rows());
   if (n < 2) return std::nullopt;
   const Vec3 along = (cut.line.points.row(n - 1) - cut.line.points.row(0)).transpose();
@@ -52,30 +52,40 @@ std::optional<ModelCut> Turned(const ModelCut& cut, double by_deg, bool limited,
 class Comparison {
  public:
   Comparison(const std::vector<char>& usable, const CameraModel& camera,
-             const MethodOptions& options, const CutProbeOptions& probe,
+             const MethodOptions& options, const ModelProbeOptions& probe,
              std::shared_ptr<const RegistrationState> state)
       : usable_(usable), camera_(camera), options_(options), state_(std::move(state)) {
     fitting_.steps = probe.steps;
     fitting_.renewed_columns = fitting_.after_cut = 0;
     fitting_.newton_steps = 12;
     gain_ = probe.gain;
+    regrip_gain_ = probe.regrip_gain;
   }
   /// Remembers the candidate if it is better than all before. @return whether it is
   bool Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
-           BetterCut candidate) {
+           BetterModel candidate) {
     if (needed_ < 0.0)
       needed_ = (1.0 - gain_) * Fitted(state_->mesh, state_->bound.embedding,
                                        state_->grips.positions, MakeKerfSolver().get())
                                     .cost_mm2;
     const double cost = Fitted(mesh, features, grip_positions, MakeKerfSolver().get()).cost_mm2;
     if (cost >= needed_) return false;
-    needed_ = (1.0 - gain_) * cost;
+    needed_ = cost;
+    best_ = std::move(candidate);
+    return true;
+  }
+  bool TryGrips(const std::vector<double>& factors, BetterModel candidate) {
+    if (needed_ < 0.0) needed_ = (1.0 - regrip_gain_) * WithGrips(state_->grips).cost_mm2;
+    candidate.fitted = WithGrips(Regripped(state_->grips, factors, state_->mesh.rest));
+    if (candidate.fitted.cost_mm2 >= needed_) return false;
+    needed_ = candidate.fitted.cost_mm2;
     best_ = std::move(candidate);
     return true;
   }
   /// The best; with the model ready to go on from where it has to be cut anew.
-  std::optional<BetterCut> Take() {
-    if (!best_ || best_->by == BetterCut::By::Longer) return std::move(best_);
+  std::optional<BetterModel> Take() {
+    if (!best_ || best_->by == BetterModel::By::Longer || best_->by == BetterModel::By::Regripped)
+      return std::move(best_);
     std::vector<ModelCut> cuts = state_->cuts;
     cuts[best_->cut] = best_->instead;
     const Points start = BentByGrips(state_->grips, state_->origin->mesh.rest);
@@ -105,13 +115,23 @@ class Comparison {
                 solver, &fit);
     return fit;
   }
+  /// After as many steps, all sensitivities measured with these held parts.
+  GripFit WithGrips(GripFit fit) const {
+    GripFitOptions fitting = fitting_;
+    fit.stale_columns = fitting.after_cut = static_cast<int>(fit.sensitivities.cols());
+    const auto solver = MakeKerfSolver();
+    solver->Reset(state_->mesh, options_.material);
+    UpdateGrips(state_->mesh, options_.material, state_->bound, state_->features.pixels, usable_,
+                camera_, fitting, solver.get(), &fit);
+    return fit;
+  }
   const std::vector<char>& usable_;
   const CameraModel& camera_;
   const MethodOptions& options_;
   std::shared_ptr<const RegistrationState> state_;
   GripFitOptions fitting_;
-  double gain_ = 0.0, needed_ = -1.0;  // the cost to undercut; not known yet
-  std::optional<BetterCut> best_;
+  double gain_ = 0.0, regrip_gain_ = 0.0, needed_ = -1.0;  // the cost to undercut; not known yet
+  std::optional<BetterModel> best_;
 };
 
 /// Which cuts may be probed: in the model, and not a surgeon's.
@@ -119,26 +139,34 @@ bool Open(const ModelCut& cut) { return cut.in_model && !cut.drawn; }
 
 }  // namespace
 
-bool WorthProbing(const MethodOptions& options, const CutProbeOptions& probe,
+bool IsCut(const RegistrationState& state) {
+  return std::any_of(state.cuts.begin(), state.cuts.end(),
+                     [](const ModelCut& cut) { return cut.in_model; });
+}
+
+bool WorthProbing(const MethodOptions& options, const ModelProbeOptions& probe,
                   const RegistrationState& state) {
-  return !options.hold_cuts && !state.grips.regions.empty() &&
-         state.grips.residual_mm >= probe.unexplained_mm &&
-         state.grips.residual_mm <= probe.hopeless_mm &&
-         state.grips.strain2 <= probe.nonlinear_strain2 &&
+  if (state.grips.regions.empty() || state.grips.residual_mm > probe.hopeless_mm ||
+      state.grips.strain2 > probe.nonlinear_strain2)
+    return false;
+  if (!IsCut(state))
+    return state.grips.strain2 <= probe.regrip_strain2 &&
+           state.grips.residual_mm >= std::max(probe.telling_mm, state.probing.regrip_mm);
+  return !options.hold_cuts && state.grips.residual_mm >= probe.unexplained_mm &&
          std::any_of(state.cuts.begin(), state.cuts.end(), Open);
 }
 
-std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
-                                   const MethodOptions& options, const CutProbeOptions& probe,
-                                   const TetCutter& cutter,
-                                   std::shared_ptr<const RegistrationState> state,
-                                   const std::atomic<bool>* given_up) {
+std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const CameraModel& camera,
+                                      const MethodOptions& options, const ModelProbeOptions& probe,
+                                      const TetCutter& cutter,
+                                      std::shared_ptr<const RegistrationState> state,
+                                      const std::atomic<bool>* given_up) {
   Comparison comparison(usable, camera, options, probe, state);
-  using By = BetterCut::By;
+  using By = BetterModel::By;
   const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
   const auto go_on = [&] { return !given_up || !*given_up; };
   const auto instead_of = [&](int c, const ModelCut& instead, By by, bool at_end) {
-    BetterCut candidate;
+    BetterModel candidate;
     candidate.cut = c;
     candidate.then = state;
     candidate.instead = instead;
@@ -147,7 +175,7 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
     return candidate;
   };
   enum class Tried { Better, Worse, Impossible };
-  const auto try_anew = [&](BetterCut candidate) {
+  const auto try_anew = [&](BetterModel candidate) {
     std::vector<ModelCut> cuts = state->cuts;
     cuts[candidate.cut] = candidate.instead;
     const auto model = CutAnew(cuts, options, *state, false, &start);
@@ -183,7 +211,7 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
       shorter.line.points = Shortened(state->cuts[c].line.points, at_end, by_mm);
       if (shorter.line.points.rows() < 2) return;
       shorter.surface = ExtrudeCut(shorter.line, shorter.direction, shorter.depth_mm);
-      BetterCut candidate = instead_of(c, shorter, By::Shorter, at_end);
+      BetterModel candidate = instead_of(c, shorter, By::Shorter, at_end);
       candidate.by_mm = by_mm;
       if (try_anew(std::move(candidate)) != Tried::Better) return;
     }
@@ -201,6 +229,16 @@ std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const Camera
       if (tried != Tried::Better) return;
     }
   };
+  if (!IsCut(*state)) {
+    // Both ends alike, then each by itself, in turn.
+    for (double factor : {0.7, 0.85, 1.18, 1.4}) {
+      const int which = state->probing.regrips % 3;
+      if (go_on())
+        comparison.TryGrips({which == 2 ? 1.0 : factor, which == 1 ? 1.0 : factor},
+                            instead_of(-1, {}, By::Regripped, false));
+    }
+    return go_on() ? comparison.Take() : std::nullopt;
+  }
   for (int c = 0; c < static_cast<int>(state->cuts.size()); ++c) {
     if (!Open(state->cuts[c])) continue;
     if (state->probing.turn) {

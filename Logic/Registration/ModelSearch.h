@@ -6,32 +6,32 @@
 #include <optional>
 #include <vector>
 
-#include "Registration/CutProbe.h"
+#include "Registration/ModelProbe.h"
 
 namespace kerf {
 
-/// Searches for better cuts (Registration/CutProbe.h) on a thread of its own, beside the frames. It
-/// works on a copy of the state; who began it says in which frame its answer is taken over, so that
-/// results do not depend on how long it takes. One search at a time.
-class CutSearch {
+/// Searches for better cuts (Registration/ModelProbe.h) on a thread of its own, beside the frames.
+/// It works on a copy of the state; who began it says in which frame its answer is taken over, so
+/// that results do not depend on how long it takes. One search at a time.
+class ModelSearch {
  public:
-  ~CutSearch() { Drop(); }
+  ~ModelSearch() { Drop(); }
   /// @return false where there is nothing to search for
   bool Begin(const std::vector<char>& usable, const CameraModel& camera,
              const MethodOptions& options, const TetCutter& cutter, const RegistrationState& state);
   /// Waits for the end. @return none also when no search was begun
-  std::optional<BetterCut> Finish();
+  std::optional<BetterModel> Finish();
   /// Gives a running search up: the cuts are no longer those that it began with.
   void Drop();
 
  private:
-  std::future<std::optional<BetterCut>> found_;
+  std::future<std::optional<BetterModel>> found_;
   std::atomic<bool> given_up_{false};
 };
 
 /// What a search found, put into the state of some frames later: the organ has moved since, and its
 /// cuts may have grown. A cut whose end has grown meanwhile stays as it is.
-CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine,
+CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engine,
                   RegistrationState* state);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-#include "Registration/CutSearch.h"
+#include "Registration/ModelSearch.h"
 
 #include <tbb/task_arena.h>
 
@@ -11,11 +11,11 @@ constexpr double kShortest_mm = 0.5;  // growth
 
 }  // namespace
 
-bool CutSearch::Begin(const std::vector<char>& usable, const CameraModel& camera,
-                      const MethodOptions& options, const TetCutter& cutter,
-                      const RegistrationState& state) {
+bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& camera,
+                        const MethodOptions& options, const TetCutter& cutter,
+                        const RegistrationState& state) {
   Drop();
-  const CutProbeOptions probe;
+  const ModelProbeOptions probe;
   if (!WorthProbing(options, probe, state)) return false;
   given_up_ = false;
   auto then = std::make_shared<const RegistrationState>(state);
@@ -23,26 +23,32 @@ bool CutSearch::Begin(const std::vector<char>& usable, const CameraModel& camera
   found_ = std::async(std::launch::async, [=] {
     tbb::task_arena alone(1);  // leaves the other cores to the frames
     return alone.execute(
-        [&] { return ProbeCuts(usable, camera, options, probe, cutter, then, given_up); });
+        [&] { return ProbeModel(usable, camera, options, probe, cutter, then, given_up); });
   });
   return true;
 }
 
-std::optional<BetterCut> CutSearch::Finish() {
+std::optional<BetterModel> ModelSearch::Finish() {
   if (!found_.valid()) return std::nullopt;
   return found_.get();
 }
 
-void CutSearch::Drop() {
+void ModelSearch::Drop() {
   if (!found_.valid()) return;
   given_up_ = true;
   found_.wait();
   found_ = {};
 }
 
-CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine,
+CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engine,
                   RegistrationState* state) {
   CutEvent event;
+  if (better.by == BetterModel::By::Regripped) {
+    if (state->mesh.VertexCount() == better.fitted.positions.rows())
+      state->grips =
+          MovedOn(std::move(better.fitted), better.then->grips, state->grips, state->mesh.rest);
+    return event;
+  }
   event.cut = better.cut;
   event.point = better.instead.line.points.row(0).transpose();
   ModelCut& cut = state->cuts[better.cut];
@@ -50,7 +56,7 @@ CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine
     return Vec3(c.line.points.row(better.at_end ? c.line.points.rows() - 1 : 0).transpose());
   };
   const Vec3 now = end(cut), then = end(better.then->cuts[better.cut]), tip = end(better.instead);
-  if (better.by == BetterCut::By::Longer) {
+  if (better.by == BetterModel::By::Longer) {
     // It may have grown there meanwhile, perhaps further.
     if ((tip - now).dot((tip - then).normalized()) < kShortest_mm) return event;
     cut.line.points = LedOn(cut.line.points, better.at_end, tip);
@@ -58,7 +64,7 @@ CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine
     event.report = ApplyCut(cut, options, engine, state);
     return event;
   }
-  if (better.by == BetterCut::By::Shorter) {
+  if (better.by == BetterModel::By::Shorter) {
     if (now != then) return event;  // it goes on there
     cut.line.points = Shortened(cut.line.points, better.at_end, better.by_mm);
     cut.too_far_mm[better.at_end] += better.by_mm;
@@ -66,14 +72,9 @@ CutEvent TakeOver(BetterCut better, const MethodOptions& options, Engine& engine
   cut.direction = better.instead.direction;
   cut.depth_mm = better.instead.depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);
-  GripFit fit = std::move(better.fitted);
-  const Points before = BentByGrips(fit, better.model.mesh.rest);
-  for (std::size_t g = 0; g < fit.motions.size(); ++g)  // the grips have moved on since
-    fit.motions[g] =
-        state->grips.motions[g] * better.then->grips.motions[g].inverse() * fit.motions[g];
-  better.model.grip_positions += BentByGrips(fit, better.model.mesh.rest) - before;
-  better.model.positions = better.model.grip_positions;
-  fit.trust = state->grips.trust;
+  GripFit fit =
+      MovedOn(std::move(better.fitted), better.then->grips, state->grips, better.model.mesh.rest);
+  better.model.positions = better.model.grip_positions = fit.positions;
   state->grips = std::move(fit);
   Adopt(std::move(better.model), options, engine, state);
   state->grips.stale_columns = 0;  // measured on this model

@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-struct CutProbeOptions {
+struct ModelProbeOptions {
   double step_mm = 2.5;             ///< how much longer a cut is tried, and again while it helps
   int most_steps = 4;               ///< as often at most
   double step_deg = 8.0;            ///< how much its S is tried turned, and again while it helps
@@ -17,25 +17,32 @@ struct CutProbeOptions {
   double unexplained_mm = 0.4;      ///< residual of the grips below which nothing is tried
   double hopeless_mm = 2.5;         ///< nor above
   double nonlinear_strain2 = 0.25;  ///< nor where the law is not believed
-  double gain = 0.04;               ///< of the cost that another cut, and each step on, has to save
-  int steps = 4;                    ///< of the fit, for either side of the comparison
+  double telling_mm = 0.08;         ///< residual from which the length of the held parts shows
+  double regrip_gain = 0.15;
+  double regrip_strain2 = 0.03;  ///< above, the law's error would be put down to them
+  double gain = 0.04;            ///< of the cost that another cut has to save
+  int steps = 4;                 ///< of the fit, for either side of the comparison
 };
 
-/// A cut that lets the organ under its grips follow the tracks better.
-struct BetterCut {
+/// A cut, or other held parts, that let the organ under its grips follow the tracks better.
+struct BetterModel {
   int cut = 0;
   std::shared_ptr<const RegistrationState> then;  ///< what it is better than
   ModelCut instead;
-  enum class By { Longer, Shorter, Turned } by = By::Longer;
+  enum class By { Longer, Shorter, Turned, Regripped } by = By::Longer;
   bool at_end = false;  ///< longer or shorter: at the last point of its line, or at the first
   double by_mm = 0.0;   ///< shorter by
   CutModel model;       ///< shorter or turned: cut anew along it and all others, solvers included
-  GripFit fitted;       ///< and the grips under it
+  GripFit fitted;       ///< and the grips under it; other held parts
 };
 
+/// Whether the model has been cut.
+bool IsCut(const RegistrationState& state);
+
 /// Whether the residual of the grips says that a cut may be wrong, and a cut is there that neither
-/// a surgeon drew nor decides about.
-bool WorthProbing(const MethodOptions& options, const CutProbeOptions& probe,
+/// a surgeon drew nor decides about; or, before any cut, that it may tell how long the held parts
+/// are.
+bool WorthProbing(const MethodOptions& options, const ModelProbeOptions& probe,
                   const RegistrationState& state);
 
 /// The residual of the grips tells a cut that is too short or too long, or leads into the depth in
@@ -43,10 +50,10 @@ bool WorthProbing(const MethodOptions& options, const CutProbeOptions& probe,
 /// shorter at each end that lies inside the organ; or turned about its line either way
 /// (state.probing says which). @return the best, if it is better enough. @param given_up looked at
 /// between two trials
-std::optional<BetterCut> ProbeCuts(const std::vector<char>& usable, const CameraModel& camera,
-                                   const MethodOptions& options, const CutProbeOptions& probe,
-                                   const TetCutter& cutter,
-                                   std::shared_ptr<const RegistrationState> state,
-                                   const std::atomic<bool>* given_up = nullptr);
+std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const CameraModel& camera,
+                                      const MethodOptions& options, const ModelProbeOptions& probe,
+                                      const TetCutter& cutter,
+                                      std::shared_ptr<const RegistrationState> state,
+                                      const std::atomic<bool>* given_up = nullptr);
 
 }  // namespace kerf
