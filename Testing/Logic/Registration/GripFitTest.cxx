@@ -200,6 +200,21 @@ std::optional<BetterModel> Probed(const Model& model) {
                     std::make_shared<const RegistrationState>(model.state));
 }
 
+TEST(ModelProbe, HeldPartsAreAsLongAsTheTracksSay) {
+  const Pixels seen = Seen(Truth(nullptr, 1.0));
+  Model right;
+  right.Follow(seen);
+  EXPECT_FALSE(Probed(right));
+  Model model;
+  model.state.grips = Regripped(model.state.grips, {0.6, 0.6}, model.state.mesh.rest);
+  model.Follow(seen);
+  const auto better = Probed(model);
+  ASSERT_TRUE(better);
+  EXPECT_EQ(better->by, BetterModel::By::Regripped);
+  for (int end : {0, 1})
+    EXPECT_LT(better->fitted.regions[end].from_mm, model.state.grips.regions[end].from_mm);
+}
+
 TEST(ModelProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
   const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
   Model model(&shorter);
