@@ -6,6 +6,8 @@
 namespace kerf {
 namespace {
 
+constexpr int kLongAway = 5;             // frames after which a feature that comes back
+constexpr int kSettledAfter = 8;         // bears no witness for so many
 constexpr std::size_t kMemory = 25;      // frames before a proportion is learned: one second
 constexpr double kLeastMotion_mm = 0.1;  // below it the proportion is noise
 constexpr double kMargin = 1.5;          // on the learned proportion
@@ -25,6 +27,27 @@ CutEvidence BeginEvidence(const Points& rest_camera, const std::vector<char>& us
   evidence.learned = Eigen::VectorXd::Zero(edges);
   evidence.streak.assign(edges, 0);
   return evidence;
+}
+
+void DoubtReturned(const FeatureTriangulation& t, const std::vector<char>& usable,
+                   CutEvidence* evidence, DisplacementJumps* jumps) {
+  const std::size_t n = usable.size();
+  if (evidence->absent.size() != n) {
+    evidence->absent.assign(n, 0);
+    evidence->back_for.assign(n, kSettledAfter);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!usable[i]) {
+      ++evidence->absent[i];
+      continue;
+    }
+    ++evidence->back_for[i];
+    if (evidence->absent[i] >= kLongAway) evidence->back_for[i] = 0;
+    evidence->absent[i] = 0;
+  }
+  for (std::size_t e = 0; e < t.edges.size(); ++e)
+    for (const Index i : t.edges[e])
+      if (evidence->back_for[i] < kSettledAfter) jumps->witness[e] = 0;
 }
 
 std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,

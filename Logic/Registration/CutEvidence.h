@@ -16,6 +16,8 @@ struct CutEvidence {
   std::deque<Eigen::VectorXd> recent;  ///< the same of the last frames, not learned yet
   std::vector<int> streak;             ///< E, frames in a row with excess
   Eigen::VectorXd last_mm;             ///< E, last jump that was seen
+  std::vector<int> absent;             ///< F, frames in a row without this feature
+  std::vector<int> back_for;           ///< F, frames since it came back from a long absence
   Eigen::VectorXd refused_mm;  ///< E, jump that a surgeon said is no cut; empty: nothing refused
 };
 
@@ -27,6 +29,11 @@ struct PartingEdge {
 };
 
 CutEvidence BeginEvidence(const Points& rest_camera, const std::vector<char>& usable);
+
+/// What came back after it had been away for long (behind an instrument) may first be taken for
+/// another place: for some frames its pairs bear no witness. @param usable one flag per feature
+void DoubtReturned(const FeatureTriangulation& triangulation, const std::vector<char>& usable,
+                   CutEvidence* evidence, DisplacementJumps* jumps);
 
 /// One frame of evidence. @return edges that part and have done so for some frames, by edge number
 std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,

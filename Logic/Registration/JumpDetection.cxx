@@ -126,7 +126,8 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
   CutEvidence& evidence = state->evidence;
   const FeatureTriangulation& t = evidence.triangulation;
   if (t.Empty()) return events;
-  const DisplacementJumps jumps = MeasureJumps(t, lateral, usable);
+  DisplacementJumps jumps = MeasureJumps(t, lateral, usable);
+  DoubtReturned(t, usable, &evidence, &jumps);
   const auto parting = WithoutRefused(UpdateEvidence(jumps, lateral, &evidence), evidence);
   if (parting.empty()) return events;
   const LateralFrame frame(camera, *state->uncut);
