@@ -53,8 +53,8 @@ struct GripFitOptions {
   double explained_share = 0.97;    ///< of the features within the robust scale: full belief
   double unexplained_share = 0.90;  ///< and none
   double disbelieved_mm = 0.60;     ///< and from which on not at all
-  double believed_across_mm = 1.2;  ///< the same for what it says across the lines of sight
-  double disbelieved_across_mm = 2.4;
+  double believed_across_mm = 0.7;  ///< the same for what it says across the lines of sight
+  double disbelieved_across_mm = 1.2;
 };
 
 /// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own
