@@ -318,7 +318,9 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     *trust += std::clamp(value - *trust, -options.trust_lost, options.trust_gained);
   };
   follow(deserved, &fit->trust);
-  follow(falling(now.rms_mm, options.believed_across_mm, options.disbelieved_across_mm),
+  // Only where it is the law that is not believed.
+  follow(falling(now.rms_mm, options.believed_across_mm, options.disbelieved_across_mm) *
+             falling(-fit->strain2, -options.nonlinear_strain2, -options.linear_strain2),
          &fit->trust_across);
 }
 

@@ -98,7 +98,9 @@ Fixations HeldByGrips(const RegistrationState& state, const std::vector<char>& u
                    rest = camera.Depth(Vec3(state.mesh.rest.row(v).transpose())),
                    depth = rest + state.grips.trust * (fitted - rest);
       held.vertices.push_back(v);
-      targets.push_back(camera.Center() + depth / fitted * (place - camera.Center()));
+      targets.push_back(features < kFewFeatures
+                            ? Vec3(camera.Center() + depth / fitted * (place - camera.Center()))
+                            : place);
     }
   }
   held.targets.resize(targets.size(), 3);
