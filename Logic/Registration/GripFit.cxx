@@ -199,12 +199,11 @@ Points BentByGrips(const GripFit& fit, const Points& rest) {
   return bent;
 }
 
-GripFit Regripped(const GripFit& fit, const std::vector<double>& factors, const Points& rest) {
+GripFit Regripped(const GripFit& fit, const std::vector<double>& factors) {
   GripFit other = fit;
   for (std::size_t g = 0; g < other.regions.size(); ++g) {
     GripRegion& region = other.regions[g];
-    const double end_mm = (rest * region.axis).maxCoeff();
-    region.from_mm = end_mm - factors[g] * (end_mm - region.from_mm);
+    region.from_mm = region.end_mm - factors[g] * (region.end_mm - region.from_mm);
   }
   other.settled = false;
   other.stale_columns = static_cast<int>(other.sensitivities.cols());
@@ -232,8 +231,8 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
   const Vec3 along = axes.eigenvectors().col(2);
   const Eigen::VectorXd s = mesh.rest * along;
   const double length = s.maxCoeff() - s.minCoeff();
-  fit.regions = {{along, s.maxCoeff() - options.cap_share * length},
-                 {-along, -s.minCoeff() - options.cap_share * length}};
+  fit.regions = {{along, s.maxCoeff() - options.cap_share * length, s.maxCoeff()},
+                 {-along, -s.minCoeff() - options.cap_share * length, -s.minCoeff()}};
   fit.motions.assign(2, Eigen::Isometry3d::Identity());
   fit.positions = mesh.rest;
   solver->Reset(mesh, material);

@@ -13,6 +13,7 @@ namespace kerf {
 struct GripRegion {
   Vec3 axis = Vec3::UnitX();  ///< unit
   double from_mm = 0.0;
+  double end_mm = 0.0;  ///< where the organ ends along the axis
   bool Holds(const Vec3& rest) const { return rest.dot(axis) >= from_mm; }
 };
 
@@ -73,7 +74,7 @@ Points BentByGrips(const GripFit& fit, const Points& rest);
 
 /// The same grips with each held part as long as `factor` times what it was, its motion kept; the
 /// sensitivities are stale.
-GripFit Regripped(const GripFit& fit, const std::vector<double>& factors, const Points& rest);
+GripFit Regripped(const GripFit& fit, const std::vector<double>& factors);
 
 /// `fit`, begun from `then`, with the motion that the grips have made since, up to `now`.
 /// @param rest of the mesh that `fit` belongs to

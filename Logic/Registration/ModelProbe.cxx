@@ -56,7 +56,7 @@ class Comparison {
              std::shared_ptr<const RegistrationState> state)
       : usable_(usable), camera_(camera), options_(options), state_(std::move(state)) {
     fitting_.steps = probe.steps;
-    fitting_.renewed_columns = fitting_.after_cut = 0;
+    fitting_.renewed_columns = 0;
     fitting_.newton_steps = 12;
     gain_ = probe.gain;
     regrip_gain_ = probe.regrip_gain;
@@ -65,10 +65,10 @@ class Comparison {
   bool Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
            BetterModel candidate) {
     if (needed_ < 0.0)
-      needed_ = (1.0 - gain_) * Fitted(state_->mesh, state_->bound.embedding,
-                                       state_->grips.positions, MakeKerfSolver().get())
+      needed_ = (1.0 - gain_) * At(state_->mesh, state_->bound.embedding, state_->grips.positions,
+                                   0, MakeKerfSolver().get())
                                     .cost_mm2;
-    const double cost = Fitted(mesh, features, grip_positions, MakeKerfSolver().get()).cost_mm2;
+    const double cost = At(mesh, features, grip_positions, 0, MakeKerfSolver().get()).cost_mm2;
     if (cost >= needed_) return false;
     needed_ = cost;
     best_ = std::move(candidate);
@@ -76,7 +76,7 @@ class Comparison {
   }
   bool TryGrips(const std::vector<double>& factors, BetterModel candidate) {
     if (needed_ < 0.0) needed_ = (1.0 - regrip_gain_) * WithGrips(state_->grips).cost_mm2;
-    candidate.fitted = WithGrips(Regripped(state_->grips, factors, state_->mesh.rest));
+    candidate.fitted = WithGrips(Regripped(state_->grips, factors));
     if (candidate.fitted.cost_mm2 >= needed_) return false;
     needed_ = candidate.fitted.cost_mm2;
     best_ = std::move(candidate);
@@ -93,38 +93,40 @@ class Comparison {
     if (!model) return std::nullopt;
     model->solvers = {MakeKerfSolver(), MakeKerfSolver()};
     model->solvers.organ->Reset(model->mesh, options_.material);
-    fitting_.after_cut = static_cast<int>(state_->grips.sensitivities.cols());
-    best_->fitted =
-        Fitted(model->mesh, model->features, model->grip_positions, model->solvers.grips.get());
+    best_->fitted = At(model->mesh, model->features, model->grip_positions, AllColumns(),
+                       model->solvers.grips.get());
     model->grip_positions = best_->fitted.positions;
     best_->model = std::move(*model);
     return std::move(best_);
   }
 
  private:
-  GripFit Fitted(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
+  /// `fit` after the steps of a trial, on a model of its own. @param columns sensitivities to
+  /// measure anew before
+  GripFit Fitted(const TetMesh& mesh, const Embedding& features, GripFit fit, int columns,
                  ElasticSolver* solver) const {
-    GripFit fit = state_->grips;
-    fit.positions = grip_positions;
+    GripFitOptions fitting = fitting_;
+    fit.stale_columns = fitting.after_cut = columns;
     fit.settled = false;
-    fit.stale_columns = fitting_.after_cut;
     BoundFeatures bound = state_->bound;
     bound.embedding = features;
     solver->Reset(mesh, options_.material);
-    UpdateGrips(mesh, options_.material, bound, state_->features.pixels, usable_, camera_, fitting_,
+    UpdateGrips(mesh, options_.material, bound, state_->features.pixels, usable_, camera_, fitting,
                 solver, &fit);
     return fit;
   }
-  /// After as many steps, all sensitivities measured with these held parts.
-  GripFit WithGrips(GripFit fit) const {
-    GripFitOptions fitting = fitting_;
-    fit.stale_columns = fitting.after_cut = static_cast<int>(fit.sensitivities.cols());
-    const auto solver = MakeKerfSolver();
-    solver->Reset(state_->mesh, options_.material);
-    UpdateGrips(state_->mesh, options_.material, state_->bound, state_->features.pixels, usable_,
-                camera_, fitting, solver.get(), &fit);
-    return fit;
+  /// On a model with these places, all else as it is.
+  GripFit At(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
+             int columns, ElasticSolver* solver) const {
+    GripFit fit = state_->grips;
+    fit.positions = grip_positions;
+    return Fitted(mesh, features, std::move(fit), columns, solver);
   }
+  /// Held parts, all sensitivities measured with them.
+  GripFit WithGrips(const GripFit& fit) const {
+    return Fitted(state_->mesh, state_->bound.embedding, fit, AllColumns(), MakeKerfSolver().get());
+  }
+  int AllColumns() const { return static_cast<int>(state_->grips.sensitivities.cols()); }
   const std::vector<char>& usable_;
   const CameraModel& camera_;
   const MethodOptions& options_;

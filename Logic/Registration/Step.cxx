@@ -83,7 +83,7 @@ Fixations HeldByGrips(const RegistrationState& state, const std::vector<char>& u
   double trust = 0.0;
   for (const GripRegion& region : state.grips.regions) {
     GripRegion outer_half = region;
-    outer_half.from_mm += 0.5 * ((state.mesh.rest * region.axis).maxCoeff() - region.from_mm);
+    outer_half.from_mm += 0.5 * (region.end_mm - region.from_mm);
     int features = 0;
     for (Index i = 0; i < state.bound.rest.rows(); ++i)
       features += usable[i] && outer_half.Holds(state.bound.rest.row(i).transpose());

@@ -206,7 +206,7 @@ TEST(ModelProbe, HeldPartsAreAsLongAsTheTracksSay) {
   right.Follow(seen);
   EXPECT_FALSE(Probed(right));
   Model model;
-  model.state.grips = Regripped(model.state.grips, {0.6, 0.6}, model.state.mesh.rest);
+  model.state.grips = Regripped(model.state.grips, {0.6, 0.6});
   model.Follow(seen);
   const auto better = Probed(model);
   ASSERT_TRUE(better);
