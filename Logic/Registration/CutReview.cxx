@@ -1,6 +1,7 @@
 #include "Registration/CutReview.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "Geometry/EmbedPoints.h"
@@ -13,6 +14,40 @@ namespace {
 
 constexpr double kShortest_mm = 1.0;   // points of a stroke that are nearer than this are merged
 constexpr double kRefusedReach = 2.5;  // in feature spacings: pairs this near to a refused line
+constexpr double kBehind_mm = 500.0;   // rays start well in front of the organ
+constexpr double kOver_mm = 6.0;       // how far a line that goes over the rim reaches beyond it
+constexpr double kProbe_mm = 0.5;      // steps in which the rim is looked for
+constexpr double kAim_mm = 4.0;  // the last millimetres of a stroke give the direction it ends in
+
+/// Edge of the regular tetrahedron that is as large as the mean one.
+double ElementSize_mm(const TetMesh& mesh) {
+  double volume = 0.0;
+  for (Index t = 0; t < mesh.TetCount(); ++t) volume += TetVolume(mesh.rest, mesh.tets, t);
+  return std::cbrt(6.0 * std::sqrt(2.0) * volume / std::max<Index>(1, mesh.TetCount()));
+}
+
+/// `line` with each end that stops less than `reach_mm` before the organ's rim, seen along `view`,
+/// led over it: the strip that would be left is thinner than an element.
+Points LedOverRim(Points line, const Vec3& view, const SurfaceTree& uncut, double reach_mm) {
+  for (const bool at_end : {false, true}) {
+    const Index last = static_cast<Index>(line.rows()) - 1;
+    const Vec3 end = line.row(at_end ? last : 0).transpose();
+    const Points shorter = Shortened(line, at_end, kAim_mm);
+    Vec3 inner = line.row(at_end ? 0 : last).transpose();
+    if (shorter.rows() > 0) inner = shorter.row(at_end ? shorter.rows() - 1 : 0).transpose();
+    Vec3 outwards = end - inner;
+    outwards -= view * view.dot(outwards);
+    if (!(outwards.norm() > 1e-9)) continue;
+    outwards.normalize();
+    for (double d = 0.0; d <= reach_mm; d += kProbe_mm) {
+      const Vec3 p = end + d * outwards;
+      if (uncut.FirstHit({p - kBehind_mm * view, view})) continue;
+      line = LedOn(line, at_end, end + (d + kOver_mm) * outwards);
+      break;
+    }
+  }
+  return line;
+}
 
 }  // namespace
 
@@ -113,13 +148,14 @@ Points RestLineOfStroke(const Pixels& pixels, const CameraModel& camera,
   return out;
 }
 
-ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm, int frame) {
+ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm,
+                      const RegistrationState& state) {
   ModelCut cut;
-  cut.line.points = line;
   cut.direction = cut.view = direction.normalized();
+  cut.line.points = LedOverRim(line, cut.view, *state.uncut, ElementSize_mm(state.mesh));
   cut.depth_mm = depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, depth_mm);
-  cut.detected_frame = frame;
+  cut.detected_frame = state.frame;
   cut.confidence = 1.0;
   cut.drawn = true;
   return cut;

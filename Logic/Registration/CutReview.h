@@ -26,7 +26,9 @@ void RefuseEvidence(const Points& line, RegistrationState* state);
 Points RestLineOfStroke(const Pixels& pixels, const CameraModel& camera,
                         const RegistrationState& state);
 
-/// A cut as a surgeon gives it: line at rest, direction and depth of S.
-ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm, int frame);
+/// A cut as a surgeon gives it: line at rest, direction and depth of S. An end that stops less than
+/// one element before the organ's rim goes over it: nobody leaves a strip that thin.
+ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm,
+                      const RegistrationState& state);
 
 }  // namespace kerf

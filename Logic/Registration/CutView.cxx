@@ -29,15 +29,16 @@ std::vector<Points> Runs(const Points& line) {
 
 /// An edge between the outer surface and a face of a cut.
 struct LipEdge {
-  std::array<Index, 2> ends;  ///< mesh vertices
-  Index tet = -1;             ///< that has both
+  std::array<Index, 2> ends;   ///< mesh vertices
+  Index tet = -1;              ///< that has both
+  Vec3 normal = Vec3::Zero();  ///< of the outer surface there, at rest, any length
 };
 
 std::vector<LipEdge> LipEdges(const Triangles& boundary, const std::vector<std::uint8_t>& is_cut,
-                              const std::vector<Index>& tet_of_face) {
+                              const std::vector<Index>& tet_of_face, const Points& rest) {
   struct Seen {
     int sides = 0;  ///< bit 0: outer, bit 1: face of a cut
-    Index tet = -1;
+    Index tet = -1, outer = -1;
   };
   std::map<std::array<Index, 2>, Seen> seen;
   for (Index t = 0; t < boundary.rows(); ++t)
@@ -46,10 +47,14 @@ std::vector<LipEdge> LipEdges(const Triangles& boundary, const std::vector<std::
       Seen& edge = seen[{std::min(a, b), std::max(a, b)}];
       edge.sides |= is_cut[t] ? 2 : 1;
       edge.tet = tet_of_face[t];
+      if (!is_cut[t]) edge.outer = t;
     }
   std::vector<LipEdge> edges;
-  for (const auto& [ends, edge] : seen)
-    if (edge.sides == 3) edges.push_back({ends, edge.tet});
+  for (const auto& [ends, edge] : seen) {
+    if (edge.sides != 3) continue;
+    const auto at = [&](int k) -> Vec3 { return rest.row(boundary(edge.outer, k)).transpose(); };
+    edges.push_back({ends, edge.tet, (at(1) - at(0)).cross(at(2) - at(0))});
+  }
   return edges;
 }
 
@@ -114,11 +119,14 @@ std::optional<std::array<double, 2>> Within(const SurfaceLine& given, const Vec3
   return std::array<double, 2>{from, to};
 }
 
-LipGraph LipsNear(const SurfaceLine& line, const std::vector<LipEdge>& edges, const Points& rest) {
+/// @param view direction in which the cut was seen: lips lie on the side that faces it
+LipGraph LipsNear(const SurfaceLine& line, const std::vector<LipEdge>& edges, const Vec3& view,
+                  const Points& rest) {
   LipGraph lips;
   if (line.points.rows() < 2) return lips;
   std::map<Index, Index> number;  // of whole vertices, which edges share
   for (const LipEdge& edge : edges) {
+    if (edge.normal.dot(view) > 0.0) continue;
     const Vec3 a = rest.row(edge.ends[0]).transpose(), b = rest.row(edge.ends[1]).transpose();
     const auto part = Within(line, a, b);
     if (!part) continue;
@@ -226,12 +234,12 @@ void CutView::Rebind(const RegistrationState& state) {
   Index faces = 0;
   for (Index t = 0; t < all.rows(); ++t)
     if (is_cut[t]) faces_.row(faces++) = all.row(t);
-  const std::vector<LipEdge> edges = LipEdges(all, is_cut, tet_of_face);
+  const std::vector<LipEdge> edges = LipEdges(all, is_cut, tet_of_face, state.mesh.rest);
   const SurfaceTree surface(rest);
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
     const SurfaceLine line = LineOf(cut, *state.uncut);
-    const LipGraph lips = LipsNear(line, edges, state.mesh.rest);
+    const LipGraph lips = LipsNear(line, edges, cut.view, state.mesh.rest);
     for (const auto& chain : Chains(lips.edges))
       bound_.push_back(Bind(chain, lips.points, state.mesh.tets));
     if (lips.edges.empty())  // only proposed, or refused by the cutter

@@ -82,7 +82,8 @@ Points ToRows(const std::vector<Vec3>& points) {
   return rows;
 }
 
-/// Grows a committed line at its ends to where the fitted line reaches; what is committed stays.
+/// Grows a committed line at its ends to where the fitted line reaches; what is committed stays,
+/// and an end that lies over the organ's rim is an end.
 bool Grow(const FittedLine& line, double begin, double end, double depth, const LateralFrame& frame,
           const std::array<double, 2>& too_far_mm, CutPolyline* committed) {
   if (committed->points.rows() == 0) {
@@ -101,13 +102,15 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
   begin += too_far_mm[forward ? 0 : 1];
   end -= too_far_mm[forward ? 1 : 0];
   const double t_begin = t_of(forward ? 0 : last), t_end = t_of(forward ? last : 0);
+  const auto on_organ = [&](const Vec3& p) { return frame.OnOrgan(frame.Lateral(p)).has_value(); };
+  const bool begin_open = on_organ(points.front()), end_open = on_organ(points.back());
   bool grew = false;
-  if (end > t_end + kStep_mm) {
+  if (end_open && end > t_end + kStep_mm) {
     for (const Vec3& p : Trace(line, std::min(t_end + kStep_mm, end), end, depth, frame))
       points.push_back(p);
     grew = true;
   }
-  if (begin < t_begin - kStep_mm) {
+  if (begin_open && begin < t_begin - kStep_mm) {
     for (const Vec3& p : Trace(line, std::max(t_begin - kStep_mm, begin), begin, depth, frame))
       points.insert(points.begin(), p);
     grew = true;

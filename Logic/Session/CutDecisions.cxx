@@ -127,7 +127,7 @@ int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, doub
   const WholeOrBefore whole(&state_);
   const Vec3 unit = direction.normalized();
   const double depth = depth_mm > 0 ? depth_mm : ThroughDepth_mm(state_.mesh, unit);
-  state_.cuts.push_back(MakeDrawnCut(line, unit, depth, state_.frame));
+  state_.cuts.push_back(MakeDrawnCut(line, unit, depth, state_));
   const int cut = static_cast<int>(state_.cuts.size()) - 1;
   const CutReport done = ApplyNow(cut);
   if (report) *report = done;

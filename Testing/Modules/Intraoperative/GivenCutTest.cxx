@@ -62,17 +62,19 @@ TEST(GivenCut, OpensWhereTheTrueOneDoes) {
     ASSERT_FALSE(latest->applied_lines.empty());
     std::vector<double> distances;
     for (const Points& lip : latest->applied_lines)
-      for (Index i = 0; i < lip.rows(); ++i) {
-        const Vec2 p = desk.Camera().Project(lip.row(i).transpose());
-        distances.push_back(std::min(DistanceTo_px(Line(end["lip_minus"]), desk.Camera(), p),
-                                     DistanceTo_px(Line(end["lip_plus"]), desk.Camera(), p)));
-      }
+      for (Index i = 0; i + 1 < lip.rows(); ++i)
+        for (const double t : {0.125, 0.375, 0.625, 0.875}) {
+          const Vec2 p =
+              desk.Camera().Project(((1.0 - t) * lip.row(i) + t * lip.row(i + 1)).transpose());
+          distances.push_back(std::min(DistanceTo_px(Line(end["lip_minus"]), desk.Camera(), p),
+                                       DistanceTo_px(Line(end["lip_plus"]), desk.Camera(), p)));
+        }
     std::sort(distances.begin(), distances.end());
     const double median = distances[distances.size() / 2];
     RecordProperty("median_px", std::to_string(median));
     std::printf("lips of the given cut: median %.2f px, 90 %% within %.2f px of the true lips\n",
                 median, distances[distances.size() * 9 / 10]);
-    // 3 px (0.6 mm) is the aim; 1.6 to 3.1 px were measured with 4,000 to 15,000 tetrahedra.
+    // 3 px (0.6 mm) is the aim; 1.4 to 4.6 px were measured with 4,000 to 15,000 tetrahedra.
     EXPECT_LT(median, 5.0);
   }
 }
