@@ -1,20 +1,15 @@
+#include "Mechanics/KerfSolver.h"
+
 #include <cmath>
-#include <numeric>
 
 #include "Core/Errors.h"
-#include "Mechanics/TwoLevelPreconditioner.h"
 
 namespace kerf {
 namespace {
 
-using simd::F4;
-
-constexpr Index kVertexChunk = 1024;
 constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxCgIterations = 80;
 constexpr int kMaxHalvings = 10;
-/// Relative reduction of the energy norm of the residual per linear solve.
-constexpr double kCgReduction = 0.01;
 constexpr double kVertexToleranceMm = 0.05;
 /// The iteration sees the lower end of the spectrum from above.
 constexpr double kGapSafety = 1.5, kErrorSafety = 1.0;
@@ -32,68 +27,7 @@ Eigen::Map<Vec3> At(std::vector<double>* positions, Index v) {
   return Eigen::Map<Vec3>(positions->data() + 3 * v);
 }
 
-class KerfSolver final : public ElasticSolver {
- public:
-  void Reset(const TetMesh& mesh, const Material& material) override;
-  void Apply(const TopologyChange& change) override;
-  SolveReport Solve(const Springs& springs, const Fixations& fixations, const SolveOptions& options,
-                    Points* positions, Points* velocities) override;
-
- private:
-  void Minimize(const Springs& springs, const Fixations& fixations, const SolveOptions& options,
-                Points* positions, Points* velocities, SolveReport* report);
-  /// What a linear solve (rᵀM⁻¹r at its start and end estimate twice the energy to gain) did.
-  struct LinearSolve {
-    int iterations = 0;
-    double start_nJ = 0.0, end_nJ = 0.0;
-    double farthest_mm = 0.0;  ///< largest vertex motion of M⁻¹r at its start
-  };
-
-  Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
-  void SetRest();
-  void Synchronize(const Points& positions);
-  void SetAnchors(const Points& positions, const Points* velocities, const SolveOptions& options);
-  double Linearize(bool only_stale);
-  double AnchorEnergy() const;
-  /// residual_ = −gradient of everything, preconditioned. @return rᵀM⁻¹r
-  double Residual(double* largest_uN);
-  /// smooth_ = D⁻¹ residual_ and Pᵀ residual_ of a vertex chunk. @return its rᵀD⁻¹r
-  double SmoothChunk(Index begin, Index end);
-  /// coarse_ = (PᵀKP)⁻¹ Pᵀ residual_ when all chunks are smoothed. @return its part of rᵀM⁻¹r
-  double CorrectCoarse();
-  /// direction_ = M⁻¹ residual_ + beta direction_. @return Σ anchor |p|²; farthest motion of M⁻¹r
-  double Direct(float beta, double* farthest_mm);
-  /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
-  /// done. @param most iterations
-  LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
-  void MoveBy(double length);
-
-  TetMesh mesh_;
-  Material material_;
-  Workers workers_;
-  ElementField field_;
-  FeatureLoads loads_;
-  TwoLevelPreconditioner preconditioner_;
-  Vec3 center_ = Vec3::Zero();
-  std::vector<Vec3> rest_;                    ///< by inner vertex, relative to the center
-  std::vector<Index> component_;              ///< by inner vertex
-  std::vector<double> volume_mm3_;            ///< lumped, by inner vertex
-  std::vector<double> component_volume_mm3_;  ///< by component
-  std::vector<Index> component_vertices_;     ///< by component
-  Index components_ = 0;
-  Eigen::Isometry3d world_from_inner_ = Eigen::Isometry3d::Identity();
-  std::vector<double> x_;          ///< inner positions, 3 per inner vertex
-  std::vector<double> anchor_at_;  ///< likewise
-  std::vector<float> anchor_;      ///< g/s² by inner vertex
-  std::vector<F4> x32_, residual_, smooth_, direction_, step_;
-  std::vector<std::vector<F4>> coarse_parts_;
-  std::vector<F4> coarse_residual_, coarse_;
-  Points last_positions_;  ///< what the last call returned
-  double elastic_nJ_ = 0.0;
-  double lowest_ratio_ =
-      0.3;  ///< lower end of the spectrum of M⁻¹H as the last linear solve saw it
-  bool renumbered_ = true;
-};
+}  // namespace
 
 void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   material.Validate();
@@ -224,149 +158,6 @@ double KerfSolver::AnchorEnergy() const {
   });
 }
 
-double KerfSolver::Residual(double* largest_uN) {
-  std::vector<float> largest(VertexChunks(), 0.0f);
-  coarse_parts_.resize(VertexChunks());
-  const auto chunk = [&](Index begin, Index end) {
-    for (Index v = begin; v < end; ++v) {
-      const __m128 minus = _mm_set1_ps(-0.0f);
-      const F4 anchor{anchor_[v] * static_cast<float>(x_[3 * v] - anchor_at_[3 * v]),
-                      anchor_[v] * static_cast<float>(x_[3 * v + 1] - anchor_at_[3 * v + 1]),
-                      anchor_[v] * static_cast<float>(x_[3 * v + 2] - anchor_at_[3 * v + 2]), 0.0f};
-      simd::Store(&residual_[v],
-                  _mm_xor_ps(minus, _mm_add_ps(field_.GradientAt(v), simd::Load(anchor))));
-    }
-    loads_.ForVertices(begin, end, [&](Index v, Index l, float w) {
-      simd::Store(&residual_[v],
-                  _mm_sub_ps(simd::Load(residual_[v]),
-                             _mm_mul_ps(_mm_set1_ps(w), simd::Load(loads_.Loads()[l].gradient))));
-    });
-    float most = 0.0f;
-    for (Index v = begin; v < end; ++v)
-      most = std::max(
-          {most, std::abs(residual_[v].x), std::abs(residual_[v].y), std::abs(residual_[v].z)});
-    largest[begin / kVertexChunk] = most;
-    return SmoothChunk(begin, end);
-  };
-  const double product = workers_.SumChunks(field_.VertexCount(), kVertexChunk, chunk);
-  *largest_uN = static_cast<double>(*std::max_element(largest.begin(), largest.end()));
-  return product + CorrectCoarse();
-}
-
-double KerfSolver::SmoothChunk(Index begin, Index end) {
-  std::vector<F4>& sums = coarse_parts_[begin / kVertexChunk];
-  sums.assign(preconditioner_.FunctionCount(), F4{});
-  double sum = 0.0;
-  for (Index v = begin; v < end; ++v) {
-    const __m128 r = simd::Load(residual_[v]), z = preconditioner_.Smooth(v, r);
-    simd::Store(&smooth_[v], z);
-    sum += static_cast<double>(simd::Dot3(r, z));
-    preconditioner_.Restrict(v, r, sums.data());
-  }
-  return sum;
-}
-
-double KerfSolver::CorrectCoarse() {
-  const Index functions = preconditioner_.FunctionCount();
-  coarse_residual_.assign(functions, F4{});
-  for (const std::vector<F4>& part : coarse_parts_)
-    for (Index f = 0; f < functions; ++f)
-      simd::Store(&coarse_residual_[f],
-                  _mm_add_ps(simd::Load(coarse_residual_[f]), simd::Load(part[f])));
-  coarse_ = coarse_residual_;
-  preconditioner_.SolveCoarse(coarse_.data());
-  double product = 0.0;
-  for (Index f = 0; f < functions; ++f)
-    product +=
-        static_cast<double>(simd::Dot3(simd::Load(coarse_residual_[f]), simd::Load(coarse_[f])));
-  return product;
-}
-
-double KerfSolver::Direct(float beta, double* farthest_mm) {
-  std::vector<float> farthest(VertexChunks(), 0.0f);
-  const __m128 b = _mm_set1_ps(beta);
-  const double curvature =
-      workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
-        double sum = 0.0;
-        float most = 0.0f;
-        for (Index v = begin; v < end; ++v) {
-          const __m128 z =
-              _mm_add_ps(simd::Load(smooth_[v]), preconditioner_.Prolong(v, coarse_.data()));
-          const __m128 p =
-              beta == 0.0f ? z : _mm_add_ps(z, _mm_mul_ps(b, simd::Load(direction_[v])));
-          simd::Store(&direction_[v], p);
-          sum += static_cast<double>(anchor_[v] * simd::Dot3(p, p));
-          most = std::max(most, simd::Dot3(z, z));
-        }
-        farthest[begin / kVertexChunk] = most;
-        return sum;
-      });
-  const float most = farthest.empty() ? 0.0f : *std::max_element(farthest.begin(), farthest.end());
-  *farthest_mm = std::sqrt(static_cast<double>(most));
-  return curvature;
-}
-
-KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_nJ,
-                                                double anchor_curvature, int most) {
-  LinearSolve solve;
-  solve.start_nJ = solve.end_nJ = start_nJ;
-  std::fill(step_.begin(), step_.end(), F4{});
-  const Index chunks = static_cast<Index>(field_.Chunks().size());
-  // Where the energy is good enough already, it is the vertices that are not.
-  const double target =
-      std::max(kCgReduction * kCgReduction * start_nJ, std::min(enough_nJ, 0.05 * start_nJ));
-  std::vector<double> alphas, betas;
-  double rz = start_nJ, farthest = 0.0;
-  while (solve.iterations < most && rz > target) {
-    // Chunk `chunks` stands for the springs.
-    const double curvature =
-        anchor_curvature + workers_.SumChunks(chunks + 1, 1, [&](Index c, Index) {
-          return c < chunks ? field_.MultiplyChunk(c, direction_.data())
-                            : loads_.Multiply(direction_.data());
-        });
-    if (!(curvature > 0.0)) break;
-    const double alpha = rz / curvature;
-    const __m128 a = _mm_set1_ps(static_cast<float>(alpha));
-    const auto update = [&](Index begin, Index end) {
-      for (Index v = begin; v < end; ++v) {
-        const __m128 p = simd::Load(direction_[v]);
-        const __m128 q = _mm_add_ps(field_.ProductAt(v), _mm_mul_ps(_mm_set1_ps(anchor_[v]), p));
-        simd::Store(&residual_[v], _mm_sub_ps(simd::Load(residual_[v]), _mm_mul_ps(a, q)));
-        simd::Store(&step_[v], _mm_add_ps(simd::Load(step_[v]), _mm_mul_ps(a, p)));
-      }
-      loads_.ForVertices(begin, end, [&](Index v, Index l, float w) {
-        simd::Store(&residual_[v], _mm_sub_ps(simd::Load(residual_[v]),
-                                              _mm_mul_ps(_mm_mul_ps(a, _mm_set1_ps(w)),
-                                                         simd::Load(loads_.Products()[l]))));
-      });
-      return SmoothChunk(begin, end);
-    };
-    const double smoothed = workers_.SumChunks(field_.VertexCount(), kVertexChunk, update);
-    const double next = smoothed + CorrectCoarse();
-    const double beta = next / rz;
-    alphas.push_back(alpha);
-    betas.push_back(beta);
-    rz = next;
-    ++solve.iterations;
-    if (!(rz > target)) break;
-    anchor_curvature = Direct(static_cast<float>(beta), &farthest);
-  }
-  solve.end_nJ = rz;
-  // The tridiagonal matrix of the iteration has the ends of the spectrum of M⁻¹H as its own.
-  const Index m = static_cast<Index>(alphas.size());
-  if (m >= 3) {
-    Eigen::VectorXd diagonal(m), off(m - 1);
-    for (Index k = 0; k < m; ++k) {
-      diagonal[k] = 1.0 / alphas[k] + (k > 0 ? betas[k - 1] / alphas[k - 1] : 0.0);
-      if (k + 1 < m) off[k] = std::sqrt(betas[k]) / alphas[k];
-    }
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-    eigen.computeFromTridiagonal(diagonal, off, Eigen::EigenvaluesOnly);
-    lowest_ratio_ = std::clamp(eigen.eigenvalues()[0], 0.02, 1.0);
-  }
-  return solve;
-}
-
 void KerfSolver::MoveBy(double length) {
   workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
@@ -455,8 +246,6 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
   *positions = moved;
   last_positions_ = std::move(moved);
 }
-
-}  // namespace
 
 std::unique_ptr<ElasticSolver> MakeKerfSolver() { return std::make_unique<KerfSolver>(); }
 

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <vector>
+
+#include "Mechanics/ElasticSolver.h"
+#include "Mechanics/FeatureLoads.h"
+#include "Mechanics/TwoLevelPreconditioner.h"
+
+namespace kerf {
+
+/// The default solver (`MakeKerfSolver`): Newton steps on the paper's energy (Eq. 1-4), each solved
+/// by conjugate gradients with two levels of preconditioning, without a matrix. Positions are those
+/// of `ElementField`'s vertices ("inner"), in a frame that follows the organ's rigid motion.
+class KerfSolver final : public ElasticSolver {
+ public:
+  void Reset(const TetMesh& mesh, const Material& material) override;
+  void Apply(const TopologyChange& change) override;
+  SolveReport Solve(const Springs& springs, const Fixations& fixations, const SolveOptions& options,
+                    Points* positions, Points* velocities) override;
+
+ private:
+  void Minimize(const Springs& springs, const Fixations& fixations, const SolveOptions& options,
+                Points* positions, Points* velocities, SolveReport* report);
+  /// What a linear solve (rᵀM⁻¹r at its start and end estimate twice the energy to gain) did.
+  struct LinearSolve {
+    int iterations = 0;
+    double start_nJ = 0.0, end_nJ = 0.0;
+    double farthest_mm = 0.0;  ///< largest vertex motion of M⁻¹r at its start
+  };
+
+  static constexpr Index kVertexChunk = 1024;
+
+  Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
+  void SetRest();
+  void Synchronize(const Points& positions);
+  void SetAnchors(const Points& positions, const Points* velocities, const SolveOptions& options);
+  double Linearize(bool only_stale);
+  double AnchorEnergy() const;
+  /// residual_ = −gradient of everything, preconditioned. @return rᵀM⁻¹r
+  double Residual(double* largest_uN);
+  /// smooth_ = D⁻¹ residual_ and Pᵀ residual_ of a vertex chunk. @return its rᵀD⁻¹r
+  double SmoothChunk(Index begin, Index end);
+  /// coarse_ = (PᵀKP)⁻¹ Pᵀ residual_ when all chunks are smoothed. @return its part of rᵀM⁻¹r
+  double CorrectCoarse();
+  /// direction_ = M⁻¹ residual_ + beta direction_. @return Σ anchor |p|²; farthest motion of M⁻¹r
+  double Direct(float beta, double* farthest_mm);
+  /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
+  /// done. @param most iterations
+  LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
+  void MoveBy(double length);
+
+  TetMesh mesh_;
+  Material material_;
+  Workers workers_;
+  ElementField field_;
+  FeatureLoads loads_;
+  TwoLevelPreconditioner preconditioner_;
+  Vec3 center_ = Vec3::Zero();
+  std::vector<Vec3> rest_;                    ///< by inner vertex, relative to the center
+  std::vector<Index> component_;              ///< by inner vertex
+  std::vector<double> volume_mm3_;            ///< lumped, by inner vertex
+  std::vector<double> component_volume_mm3_;  ///< by component
+  std::vector<Index> component_vertices_;     ///< by component
+  Index components_ = 0;
+  Eigen::Isometry3d world_from_inner_ = Eigen::Isometry3d::Identity();
+  std::vector<double> x_;          ///< inner positions, 3 per inner vertex
+  std::vector<double> anchor_at_;  ///< likewise
+  std::vector<float> anchor_;      ///< g/s² by inner vertex
+  std::vector<simd::F4> x32_, residual_, smooth_, direction_, step_;
+  std::vector<std::vector<simd::F4>> coarse_parts_;
+  std::vector<simd::F4> coarse_residual_, coarse_;
+  Points last_positions_;  ///< what the last call returned
+  double elastic_nJ_ = 0.0;
+  double lowest_ratio_ =
+      0.3;  ///< lower end of the spectrum of M⁻¹H as the last linear solve saw it
+  bool renumbered_ = true;
+};
+
+}  // namespace kerf
