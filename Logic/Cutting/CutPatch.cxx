@@ -69,9 +69,10 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
 }
 
 void CutPatch::MarkCore(const std::vector<Index>& tets_of_mesh) {
-  for (std::size_t t = 0; t < old_tet.size(); ++t)
-    if (std::binary_search(tets_of_mesh.begin(), tets_of_mesh.end(), old_tet[t]))
-      for (int v : tets[t].v) vertices[v].core = true;
+  for (Vertex& vertex : vertices) vertex.core = false;
+  for (const Tet& tet : tets)
+    if (std::binary_search(tets_of_mesh.begin(), tets_of_mesh.end(), old_tet[tet.source]))
+      for (int v : tet.v) vertices[v].core = true;
 }
 
 void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
@@ -154,10 +155,15 @@ int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
   star.emplace_back();
   for (int old : Around(a, b)) {
     Tet half = tets[old];
-    for (int& x : half.v)
-      if (x == a) x = m;
-    for (int& x : tets[old].v)
-      if (x == b) x = m;
+    for (int k = 0; k < 4; ++k) {  // the face between the halves is a new one
+      if (half.v[k] == a) {
+        half.v[k] = m;
+        tets[old].opened &= ~(1 << k);
+      } else if (half.v[k] == b) {
+        tets[old].v[k] = m;
+        half.opened &= ~(1 << k);
+      }
+    }
     const int fresh = static_cast<int>(tets.size());
     half.changed = tets[old].changed = true;
     tets.push_back(half);

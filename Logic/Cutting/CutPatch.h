@@ -27,6 +27,7 @@ class CutPatch {
     std::uint8_t region = 1;
     bool alive = true;
     bool changed = false;
+    std::uint8_t opened = 0;  ///< bit k: this cut opened the face opposite to corner k
   };
   /// A boundary triangle at a vertex: the two other corners, seen counter-clockwise from outside.
   using FanFace = std::array<int, 2>;
@@ -42,7 +43,8 @@ class CutPatch {
   CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
            const std::vector<char>& inner);
 
-  /// Marks the corners of these tetrahedra (numbers of the whole mesh, ascending).
+  /// Marks the corners of what these tetrahedra (numbers of the whole mesh, ascending) have become,
+  /// and no others.
   void MarkCore(const std::vector<Index>& tets_of_mesh);
 
   /// Boundary triangles of the organ around an inner vertex.

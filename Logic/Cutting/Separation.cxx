@@ -31,17 +31,20 @@ struct Touch {
   }
 };
 
-int Opposite(const CutPatch& patch, int t, const std::array<int, 3>& face) {
-  for (int w : patch.tets[t].v)
-    if (w != face[0] && w != face[1] && w != face[2]) return w;
-  return -1;
+/// Which corner of t is none of the face's.
+int CornerOpposite(const CutPatch& patch, int t, const std::array<int, 3>& face) {
+  for (int k = 0; k < 3; ++k) {
+    const int w = patch.tets[t].v[k];
+    if (w != face[0] && w != face[1] && w != face[2]) return k;
+  }
+  return 3;
 }
 
 /// The side of S that a tetrahedron lies on: by its corners away from the face, by its middle where
 /// they are on S too.
 double SideOf(const CutPatch& patch, int t, const std::array<int, 3>& face, const SurfaceNear& near,
               const SurfaceIndex& surface) {
-  const int o = Opposite(patch, t, face);
+  const int o = patch.tets[t].v[CornerOpposite(patch, t, face)];
   if (!patch.vertices[o].on) return (patch.vertices[o].rest - near.point).dot(near.normal);
   Vec3 middle = Vec3::Zero();
   for (int w : patch.tets[t].v) middle += patch.vertices[w].rest / 4;
@@ -250,6 +253,49 @@ std::vector<char> Chips(const CutPatch& patch, Pieces* pieces) {
 
 }  // namespace
 
+std::vector<OpenedFace> OpenedFaces(const CutPatch& patch) {
+  constexpr double kSamePlace = 1e-6;  // of the edge length
+  struct Side {
+    Vec3 middle;
+    int tet, corner;
+  };
+  std::vector<Side> sides;
+  for (std::size_t t = 0; t < patch.tets.size(); ++t)
+    for (int k = 0; k < 4; ++k)
+      if (patch.tets[t].opened >> k & 1) {
+        Side side{Vec3::Zero(), static_cast<int>(t), k};
+        for (int w : kFaces[k]) side.middle += patch.vertices[patch.tets[t].v[w]].rest / 3;
+        sides.push_back(side);
+      }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.middle[0] != b.middle[0] ? a.middle[0] < b.middle[0] : a.tet < b.tet;
+  });
+  std::vector<OpenedFace> faces;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const auto& v = patch.tets[sides[i].tet].v;
+    const double near_mm = kSamePlace * patch.vertices[v[0]].size_mm;
+    for (std::size_t j = i + 1;
+         j < sides.size() && sides[j].middle[0] <= sides[i].middle[0] + near_mm; ++j) {
+      if ((sides[j].middle - sides[i].middle).norm() > near_mm) continue;
+      const auto& w = patch.tets[sides[j].tet].v;
+      OpenedFace face;
+      face.tet_a = sides[i].tet;
+      face.tet_b = sides[j].tet;
+      int same = 0;
+      for (int k = 0; k < 3; ++k) {
+        face.a[k] = v[kFaces[sides[i].corner][k]];
+        for (int corner : kFaces[sides[j].corner])
+          if ((patch.vertices[face.a[k]].rest - patch.vertices[w[corner]].rest).norm() <= near_mm) {
+            face.b[k] = w[corner];
+            ++same;
+          }
+      }
+      if (same == 3) faces.push_back(face);
+    }
+  }
+  return faces;
+}
+
 std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
   for (auto& vertex : near.vertices) vertex.core = true;
   MarkVerticesOnS(surface, &near);
@@ -307,6 +353,7 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
       if (opened.a == opened.b) continue;  // at the front: both sides still have the same corners
       report.faces.push_back(opened);
       report.area_mm2 += face.area_mm2;
+      for (int t : face.tet) opening.patch.tets[t].opened |= 1 << CornerOpposite(*patch, t, face.v);
     }
     report.duplicated_vertices = opening.duplicated;
     report.same_pieces = piece_count == Pieces(*patch).Count();

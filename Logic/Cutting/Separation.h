@@ -18,6 +18,10 @@ struct SeparationReport {
 /// tetrahedra, stay closed.
 SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch);
 
+/// All faces that the patch remembers as opened, in pairs whose corners lie in the same places.
+/// Where a later sheet has moved one side of them a face has no pair and is left out.
+std::vector<OpenedFace> OpenedFaces(const CutPatch& patch);
+
 /// Tetrahedra (in the numbers of the whole mesh, ascending) with an edge that S crosses or a face
 /// on S that is not open: where there is something to cut. @param near a patch of the tetrahedra
 /// near S

@@ -16,8 +16,8 @@ struct CutOptions {
 };
 
 struct CutReport {
-  bool done = false;  ///< false: nothing changed, `reason` says why
-  std::string reason;
+  bool done = false;   ///< false: nothing changed, `reason` says why
+  std::string reason;  ///< with `done`: why some of several sheets of S stayed uncut
   Index new_vertices = 0, new_tets = 0, snapped_vertices = 0, duplicated_vertices = 0;
   double cut_area_mm2 = 0.0;  ///< new separation faces, one side
   double smallest_dihedral_deg = 0.0;
@@ -29,7 +29,8 @@ struct CutReport {
 /// and local remeshing. Remembers what is already separated, so that a growing S is cut only where
 /// it is new. Guarantees, in every build: no inverted element, smallest dihedral angle ≥
 /// options.min_dihedral_deg (where the input has ≥ 8°), volume kept to 1e-6, 2-manifold boundary,
-/// deterministic; an increment that cannot keep them leaves the mesh as it was.
+/// deterministic; an increment that cannot keep them leaves the mesh as it was. Sheets of S that do
+/// not hang together are cut one after the other, so that they may cross.
 class TetCutter {
  public:
   explicit TetCutter(CutOptions options = {});

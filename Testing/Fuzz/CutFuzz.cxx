@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   const unsigned first = argc > 1 ? unsigned(std::atoi(argv[1])) : 0;
   const unsigned count = argc > 2 ? unsigned(std::atoi(argv[2])) : 2000;
   int increments = 0, done = 0, refused = 0, missed = 0, broken = 0;
+  int complete = 0, complete_across = 0, missed_across = 0;
   double angle = 180, deformed = 180;
   for (unsigned seed = first; seed < first + count; ++seed) {
     const auto sequence = kerf::testing::MakeCutSequence(seed);
@@ -17,6 +18,9 @@ int main(int argc, char** argv) {
     done += result.done;
     refused += result.refused;
     missed += result.missed_separations;
+    complete += result.complete;
+    complete_across += result.complete_across;
+    missed_across += result.missed_across;
     angle = std::min(angle, result.smallest_dihedral_deg);
     deformed = std::min(deformed, result.smallest_deformed_deg);
     if (!result.failure.empty()) {
@@ -32,5 +36,7 @@ int main(int argc, char** argv) {
       "%u sequences, %d increments: %d cut, %d refused, %d not separated, %d broken; "
       "smallest angle %.2f, deformed %.2f deg\n",
       count, increments, done, refused, missed, broken, angle, deformed);
+  std::printf("%d of %d complete cuts across others and %d of %d alone left tissue joined\n",
+              missed_across, complete_across, missed - missed_across, complete - complete_across);
   return broken > 0;
 }

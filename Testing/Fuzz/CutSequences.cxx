@@ -1,6 +1,8 @@
 #include "Fuzz/CutSequences.h"
 
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <random>
 #include <sstream>
 
@@ -61,26 +63,14 @@ TetMesh ZooMesh(Random& random, std::string* name) {
   return mesh;
 }
 
-CutSurface Together(const CutSurface& a, const CutSurface& b) {
-  CutSurface both;
-  both.points.resize(a.points.rows() + b.points.rows(), 3);
-  both.points << a.points, b.points;
-  both.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
-  both.triangles.topRows(a.triangles.rows()) = a.triangles;
-  both.triangles.bottomRows(b.triangles.rows()) =
-      b.triangles.array() + static_cast<Index>(a.points.rows());
-  return both;
-}
-
 /// One cut as it grows. `complete`: it passes through the whole organ at its end.
 std::vector<CutSurface> GrowingCut(Random& random, const TetMesh& mesh, std::string* name,
-                                   bool* complete) {
+                                   std::optional<CutPlane>* complete) {
   const Vec3 low = mesh.rest.colwise().minCoeff().transpose();
   const Vec3 high = mesh.rest.colwise().maxCoeff().transpose();
   const double size = (high - low).norm();
   const int kind = random.Int(8), steps = 1 + random.Int(6);
   const double cell = random.Uniform(0.03, 0.12) * size;
-  *complete = false;
   Vec3 normal = random.Direction();
   if (random.Int(3) == 0) normal = Vec3::Unit(random.Int(3));  // along the grid of boxes
   Vec3 through = low + (high - low)
@@ -96,7 +86,7 @@ std::vector<CutSurface> GrowingCut(Random& random, const TetMesh& mesh, std::str
     case 1:
       *name += " full";
       width = 2.6;
-      *complete = true;
+      *complete = CutPlane{through, normal};
       break;
     case 2:
       *name += " half";
@@ -196,6 +186,55 @@ std::string ProvenanceProblem(const TetMesh& old_mesh, const TopologyChange& cha
   return out.str();
 }
 
+std::vector<int> PieceOfTets(const TetMesh& mesh) {
+  std::vector<Index> root(mesh.VertexCount());
+  std::iota(root.begin(), root.end(), 0);
+  auto find = [&](Index v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    for (int k = 1; k < 4; ++k) root[find(mesh.tets(t, k))] = find(mesh.tets(t, 0));
+  std::vector<int> piece(mesh.TetCount());
+  for (Index t = 0; t < mesh.TetCount(); ++t) piece[t] = find(mesh.tets(t, 0));
+  return piece;
+}
+
+/// The share of a tetrahedron below zero of a linear function with these values at its corners.
+double ShareBelow(Vec4 values) {
+  std::sort(values.data(), values.data() + 4);
+  const int below = static_cast<int>((values.array() < 0).count());
+  if (below == 0 || below == 4) return below / 4;
+  if (below == 3) return 1 - ShareBelow(-values);
+  const double apart = 1e-7 * (values[3] - values[0]);
+  if (values[1] - values[0] < apart) values[0] = values[1] - apart;
+  double share = 0;
+  for (int i = 0; i < below; ++i) {
+    double term = 1;
+    for (int j = 0; j < 4; ++j)
+      if (j != i) term *= values[i] / (values[i] - values[j]);
+    share += term;
+  }
+  return share;
+}
+
+/// Is there a piece with more than `small_mm3` of its tissue on both sides of the plane?
+bool Joins(const TetMesh& mesh, const CutPlane& plane, double small_mm3) {
+  const std::vector<int> piece = PieceOfTets(mesh);
+  std::map<int, std::array<double, 2>> sides;
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    Vec4 ahead;
+    for (int k = 0; k < 4; ++k)
+      ahead[k] = (mesh.rest.row(mesh.tets(t, k)).transpose() - plane.through).dot(plane.normal);
+    const double volume = TetVolume(mesh.rest, mesh.tets, t), below = ShareBelow(ahead);
+    sides[piece[t]][0] += below * volume;
+    sides[piece[t]][1] += (1 - below) * volume;
+  }
+  for (const auto& [p, v] : sides)
+    if (std::min(v[0], v[1]) > small_mm3) return true;
+  return false;
+}
+
 }  // namespace
 
 CutSequence MakeCutSequence(unsigned seed) {
@@ -207,12 +246,13 @@ CutSequence MakeCutSequence(unsigned seed) {
   before.points.resize(0, 3);
   before.triangles.resize(0, 3);
   for (int c = 0; c < cuts; ++c) {
-    bool complete;
+    std::optional<CutPlane> complete;
     const auto growing = GrowingCut(random, sequence.mesh, &sequence.name, &complete);
     const bool together = random.Int(2) == 0;  // one S for all cuts, or one after the other
     for (std::size_t i = 0; i < growing.size(); ++i) {
       sequence.surfaces.push_back(together ? Together(before, growing[i]) : growing[i]);
-      sequence.separates_completely.push_back(complete && i + 1 == growing.size());
+      sequence.completes.push_back(i + 1 == growing.size() ? complete : std::nullopt);
+      sequence.cut.push_back(c);
     }
     before = Together(before, growing.back());
   }
@@ -243,7 +283,8 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
   const Points rest = points.Positions(mesh.rest, mesh.tets);
 
   TetCutter cutter;
-  int components = start.components;
+  int components = start.components, first_done = 1 << 30;
+  const double start_tets = mesh.TetCount();
   for (std::size_t i = 0; i < sequence.surfaces.size(); ++i) {
     ++result.increments;
     CutReport report;
@@ -269,10 +310,17 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
       result.failure = "increment " + std::to_string(i) + ": " + problem;
       return result;
     }
-    const int now = report.components;
-    if (now < components) result.failure = "components were joined";
-    if (sequence.separates_completely[i] && now == 1) ++result.missed_separations;
-    components = now;
+    if (report.components < components) result.failure = "components were joined";
+    components = report.components;
+    if (report.done) first_done = std::min(first_done, sequence.cut[i]);
+    const bool refused = report.reason.find("well shaped") != std::string::npos;
+    if (!sequence.completes[i] || refused) continue;
+    const bool joined = Joins(mesh, *sequence.completes[i], 3 * start.volume_mm3 / start_tets);
+    const bool across = first_done < sequence.cut[i];
+    ++result.complete;
+    result.missed_separations += joined;
+    result.complete_across += across;
+    result.missed_across += across && joined;
   }
   return result;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,18 +8,25 @@
 
 namespace kerf::testing {
 
+struct CutPlane {
+  Vec3 through, normal;
+};
+
 /// One random sequence of cuts on one mesh of the zoo; everything follows from the seed.
 struct CutSequence {
   TetMesh mesh;
-  Points positions;                        ///< deformed, N×3; empty: at rest
-  std::vector<CutSurface> surfaces;        ///< the whole S so far, one for each increment
-  std::vector<bool> separates_completely;  ///< after this increment a piece must have come off
+  Points positions;                                ///< deformed, N×3; empty: at rest
+  std::vector<CutSurface> surfaces;                ///< the whole S so far, one for each increment
+  std::vector<std::optional<CutPlane>> completes;  ///< this increment parts all tissue along it
+  std::vector<int> cut;                            ///< increment → which cut it belongs to
   std::string name;
 };
 CutSequence MakeCutSequence(unsigned seed);
 
 struct CutSequenceResult {
-  int increments = 0, done = 0, refused = 0, missed_separations = 0;
+  int increments = 0, done = 0, refused = 0;
+  int complete = 0, missed_separations = 0;  ///< complete cuts, and those that left tissue joined
+  int complete_across = 0, missed_across = 0;
   double smallest_dihedral_deg = 180, smallest_deformed_deg = 180;
   std::string failure;  ///< empty: every guarantee held after every increment
 };

@@ -193,6 +193,17 @@ CutSurface RectangleCut(const Vec3& corner, const Vec3& u, const Vec3& v, int nu
   return cut;
 }
 
+CutSurface Together(const CutSurface& a, const CutSurface& b) {
+  CutSurface both;
+  both.points.resize(a.points.rows() + b.points.rows(), 3);
+  both.points << a.points, b.points;
+  both.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
+  both.triangles.topRows(a.triangles.rows()) = a.triangles;
+  both.triangles.bottomRows(b.triangles.rows()) =
+      b.triangles.array() + static_cast<Index>(a.points.rows());
+  return both;
+}
+
 SurfaceMesh SphereSurface(const Vec3& center, double radius_mm, int levels) {
   const Icosahedron ico;
   std::vector<Vec3> points = ico.points;

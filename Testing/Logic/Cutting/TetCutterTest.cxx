@@ -44,6 +44,16 @@ CutSurface PlaneX(double x, double to_y, double z_low = -100, double z_high = 10
                       std::max(1, int(length / 3)), std::max(1, int((z_high - z_low) / 3)));
 }
 
+void ExpectFacesInPairs(const TopologyChange& change) {
+  ASSERT_FALSE(change.opened.empty());
+  for (const OpenedFace& face : change.opened)
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LT((change.mesh.rest.row(face.a[k]) - change.mesh.rest.row(face.b[k])).norm(), 1e-9);
+      EXPECT_TRUE((change.mesh.tets.row(face.tet_a).array() == face.a[k]).any());
+      EXPECT_TRUE((change.mesh.tets.row(face.tet_b).array() == face.b[k]).any());
+    }
+}
+
 TEST(TetCutter, CompleteCutGivesTwoPieces) {
   Case c(BandMesh(2000));
   c.Cut(PlaneX(3.1, 100));
@@ -116,14 +126,28 @@ TEST(TetCutter, TeeCutsOnlyTheSideItEnters) {
 
 TEST(TetCutter, SeveralCutsAtOnce) {
   Case c(BandMesh(3000));
-  const CutSurface a = PlaneX(-20.3, 100), b = PlaneX(15.2, 100);
-  CutSurface both;
-  both.points.resize(a.points.rows() + b.points.rows(), 3);
-  both.points << a.points, b.points;
-  both.triangles.resize(a.triangles.rows() + b.triangles.rows(), 3);
-  both.triangles << a.triangles, (b.triangles.array() + Index(a.points.rows())).matrix();
-  c.Cut(both);
+  c.Cut(Together(PlaneX(-20.3, 100), PlaneX(15.2, 100)));
   EXPECT_EQ(c.report.components, 3);
+}
+
+TEST(TetCutter, SheetsOfOneSurfaceMayCross) {
+  const CutSurface across = RectangleCut({-100, 1.1, -100}, {200, 0, 0}, {0, 0, 200}, 60, 60);
+  Case at_once(SphereMesh(30, 5)), one_by_one(SphereMesh(30, 5));
+  const TopologyChange change = at_once.Cut(Together(PlaneX(0.7, 100), across));
+  EXPECT_EQ(at_once.report.components, 4);
+  ExpectFacesInPairs(change);
+  double area_mm2 = 0;
+  for (const OpenedFace& face : change.opened) {
+    const Vec3 p = change.mesh.rest.row(face.a[0]);
+    area_mm2 += 0.5 * (change.mesh.rest.row(face.a[1]).transpose() - p)
+                          .cross(change.mesh.rest.row(face.a[2]).transpose() - p)
+                          .norm();
+  }
+  EXPECT_NEAR(area_mm2 / at_once.report.cut_area_mm2, 1, 0.02);
+
+  one_by_one.Cut(PlaneX(0.7, 100));
+  one_by_one.Cut(Together(PlaneX(0.7, 100), across));  // as it was, and another across it
+  EXPECT_EQ(one_by_one.report.components, 4);
 }
 
 TEST(TetCutter, CutsInsideOpenAClosedSlit) {
@@ -181,14 +205,9 @@ TEST(TetCutter, KeepsRegions) {
 TEST(TetCutter, OpenedFacesCoincideAndTellTheirTetrahedra) {
   Case c(SphereMesh(30, 4));
   const TopologyChange change = c.Cut(PlaneX(1.3, 100));
-  ASSERT_FALSE(change.opened.empty());
+  ExpectFacesInPairs(change);
   for (const OpenedFace& face : change.opened)
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_EQ(change.mesh.rest.row(face.a[k]), change.mesh.rest.row(face.b[k]));
-      EXPECT_TRUE((change.mesh.tets.row(face.tet_a).array() == face.a[k]).any());
-      EXPECT_TRUE((change.mesh.tets.row(face.tet_b).array() == face.b[k]).any());
-      EXPECT_NEAR(change.mesh.rest(face.a[k], 0), 1.3, 0.5);
-    }
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(change.mesh.rest(face.a[k], 0), 1.3, 0.5);
 }
 
 TEST(TetCutter, EmptySurfaceAndMissAreSaid) {
