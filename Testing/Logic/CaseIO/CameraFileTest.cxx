@@ -5,6 +5,7 @@
 
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Core/Errors.h"
+#include "Support/TestCameras.h"
 #include "TemporaryFolder.h"
 
 namespace kerf {
@@ -16,17 +17,9 @@ using testing::MessageOf;
 using testing::TemporaryFolder;
 
 CameraModel Example() {
-  CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = 905.123456789012;
-  camera.fy = 906.81;
-  camera.cx = 484;
-  camera.cy = 266;
-  camera.distortion = {-0.165, 0.052, 6e-4, -4e-4, 0};
-  camera.camera_from_world.linear() =
-      (Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())).toRotationMatrix();
-  camera.camera_from_world.translation() = Vec3(7.5, 138.7, 130.2);
+  CameraModel camera = testing::Laparoscope(Eigen::Translation3d(7.5, 138.7, 130.2) *
+                                            Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  camera.fx = 905.123456789012;  // every digit has to come back
   return camera;
 }
 

@@ -6,22 +6,15 @@
 
 #include "Core/Camera.h"
 #include "Core/Errors.h"
+#include "Support/TestCameras.h"
 
 namespace kerf {
 namespace {
 
 CameraModel Laparoscope() {
-  CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = 905;
-  camera.fy = 906.8;
-  camera.cx = 484;
-  camera.cy = 266;
-  camera.distortion = {-0.165, 0.052, 6e-4, -4e-4, 0.01};
-  camera.camera_from_world.linear() =
-      Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
-  camera.camera_from_world.translation() = Vec3(5, -8, 150);
+  CameraModel camera = testing::Laparoscope(Eigen::Translation3d(5, -8, 150) *
+                                            Eigen::AngleAxisd(1.1, Vec3(1, -2, 0.5).normalized()));
+  camera.distortion[4] = 0.01;
   return camera;
 }
 

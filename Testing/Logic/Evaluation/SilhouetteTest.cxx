@@ -5,21 +5,13 @@
 #include <stdexcept>
 
 #include "Evaluation/Silhouette.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
 namespace {
 
-CameraModel TestCamera() {
-  CameraModel camera;
-  camera.width = 320;
-  camera.height = 240;
-  camera.fx = camera.fy = 400;
-  camera.cx = 159.5;
-  camera.cy = 119.5;
-  camera.camera_from_world.translation() = Vec3(0, 0, 100);
-  return camera;
-}
+CameraModel TestCamera() { return testing::Pinhole(320, 240, 400, Vec3(0, 0, 100)); }
 
 std::size_t Area(const Image& mask) {
   return std::accumulate(mask.data.begin(), mask.data.end(), std::size_t(0)) / 255;

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "Core/Camera.h"
+#include "Support/TestCameras.h"
 
 using namespace kerf;
 
@@ -13,15 +14,9 @@ namespace {
 class CameraConsistency : public ::testing::TestWithParam<std::array<double, 5>> {
  protected:
   void SetUp() override {
-    camera_.width = 960;
-    camera_.height = 540;
-    camera_.fx = 905;
-    camera_.fy = 906.81;
-    camera_.cx = 484;
-    camera_.cy = 266;
+    camera_ = kerf::testing::Laparoscope(Eigen::Translation3d(7, -5, 130) *
+                                         Eigen::AngleAxisd(0.8, Vec3(0.3, -0.9, 0.2).normalized()));
     camera_.distortion = GetParam();
-    camera_.camera_from_world = Eigen::Translation3d(7, -5, 130) *
-                                Eigen::AngleAxisd(0.8, Vec3(0.3, -0.9, 0.2).normalized());
     matrix_ = cv::Matx33d(camera_.fx, 0, camera_.cx, 0, camera_.fy, camera_.cy, 0, 0, 1);
     distortion_.assign(GetParam().begin(), GetParam().end());
   }

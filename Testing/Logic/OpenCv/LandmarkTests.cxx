@@ -10,22 +10,12 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
 #include "Core/Errors.h"
+#include "Support/TestCameras.h"
 
 using namespace kerf;
+using kerf::testing::Laparoscope;
 
 namespace {
-
-CameraModel Laparoscope() {
-  CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = 905;
-  camera.fy = 906.81;
-  camera.cx = 484;
-  camera.cy = 266;
-  camera.distortion = {-0.165, 0.052, 6e-4, -4e-4, 0};
-  return camera;
-}
 
 struct Scene {
   CameraModel camera = Laparoscope();

@@ -1,18 +1,14 @@
 #include <gtest/gtest.h>
 
 #include "Phantom/PhantomTracks.h"
+#include "Support/TestCameras.h"
 
 namespace kerf {
 namespace {
 
 /// A triangle seen by a distorting camera.
 TEST(Rasterizer, HitsExactlyThePixelsWhoseRaysHit) {
-  CameraModel camera;
-  camera.width = 120;
-  camera.height = 90;
-  camera.fx = camera.fy = 100.0;
-  camera.cx = 59.5;
-  camera.cy = 44.5;
+  CameraModel camera = testing::Pinhole(120, 90, 100);
   camera.distortion = {-0.1, 0.02, 1e-3, -1e-3, 0.0};
   SurfaceMesh triangle;
   triangle.points.resize(3, 3);
@@ -46,10 +42,7 @@ TEST(Rasterizer, HitsExactlyThePixelsWhoseRaysHit) {
 }
 
 TEST(Rasterizer, TheNearerSurfaceWins) {
-  CameraModel camera;
-  camera.width = camera.height = 20;
-  camera.fx = camera.fy = 20.0;
-  camera.cx = camera.cy = 9.5;
+  const CameraModel camera = testing::Pinhole(20, 20, 20);
   SurfaceMesh surface;
   surface.points.resize(6, 3);
   surface.points << -9, -9, 10, 9, -9, 10, 0, 9, 10, -9, -9, 5, 9, -9, 5, 0, 9, 5;

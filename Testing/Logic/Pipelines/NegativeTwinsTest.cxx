@@ -11,6 +11,7 @@
 #include "Pipelines/RegistrationParts.h"
 #include "Registration/OrganMask.h"
 #include "Session/RegistrationSession.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
@@ -18,16 +19,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240, kFrames = 60;
 
-CameraModel Camera() {
-  CameraModel camera;
-  camera.width = kWidth;
-  camera.height = kHeight;
-  camera.fx = camera.fy = 400;
-  camera.cx = 159.5;
-  camera.cy = 119.5;
-  camera.camera_from_world.translation() = Vec3(0, 0, 150);
-  return camera;
-}
+CameraModel Camera() { return testing::Pinhole(kWidth, kHeight, 400, Vec3(0, 0, 150)); }
 
 /// A block of tissue on a cloth. @param stretch along x; @param shift_px of the camera's picture
 cv::Mat Picture(double stretch, double shift_px, int frame) {

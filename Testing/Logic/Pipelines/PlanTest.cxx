@@ -9,6 +9,7 @@
 #include "Core/Errors.h"
 #include "Logic/CaseIO/TemporaryFolder.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
@@ -58,13 +59,7 @@ TEST_F(PlanTest, ACaseHoldsWhatTheOperatingRoomNeeds) {
   request_.labels_file = folder_ / "labels.nii.gz";
   request_.landmarks_file =
       folder_.Write("landmarks.csv", "id,x_mm,y_mm,z_mm,u_px,v_px\n4,-50,20,120,10,20\n");
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 600;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  camera.camera_from_world.translation() = Vec3(1, 2, 300);
+  const CameraModel camera = testing::Pinhole(640, 480, 600, Vec3(1, 2, 300));
   request_.camera_file = folder_ / "camera.yml";
   WriteCameraFile(request_.camera_file, camera);
   const PlannedCase planned = Plan(request_, silent_);

@@ -16,6 +16,7 @@
 #include "Logic/OpenCv/SyntheticVideo.h"
 #include "Pipelines/ReplayPipeline.h"
 #include "Registration/OrganMask.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
@@ -32,12 +33,6 @@ class ReplayVideo : public ::testing::Test {
  protected:
   ReplayVideo() : folder_("replay-video") {
     fs::create_directories(folder_ / "study");
-    camera_.width = kWidth;
-    camera_.height = kHeight;
-    camera_.fx = camera_.fy = 300;
-    camera_.cx = 119.5;
-    camera_.cy = 79.5;
-    camera_.camera_from_world.translation() = Vec3(0, 0, 150);
     WriteCameraFile(Study("camera.yml"), camera_);
     const TetMesh block = testing::BoxMesh(Vec3(70, 40, 12), 7, 4, 2);
     const SurfaceMesh surface = BoundarySurface(block, block.rest);
@@ -94,7 +89,7 @@ class ReplayVideo : public ::testing::Test {
   }
 
   Scratch folder_;
-  CameraModel camera_;
+  CameraModel camera_ = testing::Pinhole(kWidth, kHeight, 300, Vec3(0, 0, 150));
   cv::Mat picture_;
 };
 

@@ -5,6 +5,7 @@
 #include "Registration/GripFit.h"
 #include "Registration/ModelProbe.h"
 #include "Registration/ModelUpdate.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
@@ -14,17 +15,7 @@ namespace {
 // the grips of the truth are the outer 14 mm, their motions known.
 constexpr double kLength = 100, kWidth = 36, kHeight = 24;
 
-CameraModel Above() {
-  CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = camera.fy = 900;
-  camera.cx = 480;
-  camera.cy = 270;
-  camera.camera_from_world.linear() = Vec3(1, -1, -1).asDiagonal();
-  camera.camera_from_world.translation() = Vec3(0, 0, 250);
-  return camera;
-}
+CameraModel Above() { return testing::PinholeAbove(960, 540, 900, 250); }
 
 TetMesh Bar() { return testing::BoxMesh({kLength, kWidth, kHeight}, 20, 8, 5); }
 

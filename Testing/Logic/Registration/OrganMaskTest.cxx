@@ -5,22 +5,19 @@
 
 #include "Registration/OrganMask.h"
 #include "Registration/OrganSearch.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
 namespace {
 
 CameraModel SomeCamera() {
-  CameraModel camera;
-  camera.width = 160;
-  camera.height = 100;
-  camera.fx = camera.fy = 150;
+  CameraModel camera = testing::Pinhole(160, 100, 150);
   camera.cx = 75.3;
   camera.cy = 49.1;
   camera.distortion = {-0.2, 0.05, 0.001, -0.002, 0.0};
-  camera.camera_from_world = Eigen::Isometry3d::Identity();
-  camera.camera_from_world.rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
-  camera.camera_from_world.pretranslate(Vec3(4, -3, 120));
+  camera.camera_from_world =
+      Eigen::Translation3d(4, -3, 120) * Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized());
   return camera;
 }
 

@@ -6,6 +6,7 @@
 #include "Registration/CutEvidence.h"
 #include "Registration/Reliability.h"
 #include "Registration/Step.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf {
@@ -15,12 +16,6 @@ namespace {
 class ReliabilityTest : public ::testing::Test {
  protected:
   ReliabilityTest() {
-    camera_.width = 640;
-    camera_.height = 480;
-    camera_.fx = camera_.fy = 700;
-    camera_.cx = 319.5;
-    camera_.cy = 239.5;
-    camera_.camera_from_world.translation() = Vec3(0, 0, 150);
     state_.mesh = testing::BoxMesh(Vec3(80, 40, 12), 12, 6, 2);
     state_.positions = state_.mesh.rest;
     std::vector<Vec2> pixels;
@@ -53,7 +48,7 @@ class ReliabilityTest : public ::testing::Test {
       state_.features.pixels.row(i) =
           camera_.Project(Rest(i) + by_mm(Rest(i)) * Vec3::UnitX()).transpose();
   }
-  CameraModel camera_;
+  CameraModel camera_ = testing::Pinhole(640, 480, 700, Vec3(0, 0, 150));
   RegistrationState state_;
 };
 

@@ -9,6 +9,7 @@
 #include "Core/Camera.h"
 #include "Core/Frame.h"
 #include "Core/SurfaceMesh.h"
+#include "Support/TestCameras.h"
 
 namespace kerf::testing {
 
@@ -60,14 +61,8 @@ inline CameraModel StrongLens() {
 }
 
 inline CameraModel PlainLens(int width, int height) {
-  CameraModel lens;
-  lens.width = width;
-  lens.height = height;
-  lens.fx = lens.fy = 0.95 * width;
-  lens.cx = 0.5 * (width - 1);
-  lens.cy = 0.5 * (height - 1);
+  CameraModel lens = Pinhole(width, height, 0.95 * width, Vec3(0, 0, 150));
   lens.distortion = {-0.15, 0.04, 0.0005, -0.0004, 0};
-  lens.camera_from_world.translation() = Vec3(0, 0, 150);
   return lens;
 }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "Session/RegistrationSession.h"
+#include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
 
 /// A band that is stretched and then cut from one edge on, seen by a perfect tracker: no pictures.
@@ -13,17 +14,7 @@ namespace kerf::testing {
 constexpr double kCrackX_mm = 1.3;
 constexpr int kRestFrames = 30, kCutFrames = 40;
 
-inline CameraModel BandCamera() {
-  CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = camera.fy = 900;
-  camera.cx = 480;
-  camera.cy = 270;
-  camera.camera_from_world.linear() = Vec3(1, -1, -1).asDiagonal();
-  camera.camera_from_world.translation() = Vec3(0, 0, 150);
-  return camera;
-}
+inline CameraModel BandCamera() { return testing::PinholeAbove(960, 540, 900, 150); }
 
 /// The field of a crack on top of a stretch: smooth but on the crack x = kCrackX_mm, whose tip runs
 /// from the edge y = −20 into the band.
