@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "DeskScene.h"
+#include "Registration/CutLine.h"
 
 namespace kerf {
 namespace {
@@ -24,14 +25,10 @@ Points Line(const nlohmann::json& list) {
 }
 
 double DistanceTo_px(const Points& line, const CameraModel& camera, const Vec2& p) {
-  double best = 1e9;
-  for (Index i = 0; i + 1 < line.rows(); ++i) {
-    const Vec2 a = camera.Project(line.row(i).transpose());
-    const Vec2 ab = camera.Project(line.row(i + 1).transpose()) - a;
-    const double t = std::clamp(ab.dot(p - a) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
-    best = std::min(best, (a + t * ab - p).norm());
-  }
-  return best;
+  Points in_picture = Points::Zero(line.rows(), 3);
+  for (Index i = 0; i < line.rows(); ++i)
+    in_picture.row(i).head<2>() = camera.Project(line.row(i).transpose()).transpose();
+  return DistanceToLine(in_picture, Vec3(p.x(), p.y(), 0));
 }
 
 TEST(GivenCut, OpensWhereTheTrueOneDoes) {

@@ -14,9 +14,11 @@
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
 #include "CaseIO/StudyFolder.h"
+#include "Common/qKerfTheme.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfVideoView.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Support/TestDisplay.h"
 
 /// What the GUI tests share: a planned case of a study, the page in a window, and hands.
 namespace kerf::testing {
@@ -113,6 +115,16 @@ inline QImage ToQImage(const Image& image) {
   return QImage(image.data.data(), image.width, image.height, image.width * 3,
                 QImage::Format_BGR888)
       .copy();
+}
+
+/// main() of a test of the page.
+template <class Test>
+int RunGuiTest(int argc, char** argv) {
+  if (!DisplayForQt()) return kNoDisplay;
+  QApplication app(argc, argv);
+  qKerfTheme::Apply(app, qgetenv("KERF_GUI_THEME") != "light");
+  Test test;
+  return QTest::qExec(&test, argc, argv);
 }
 
 }  // namespace kerf::testing

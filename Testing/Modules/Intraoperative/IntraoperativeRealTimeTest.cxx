@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "Adapters/Rendering/VirtualDisplay.h"
 #include "GuiScene.h"
 
 using namespace kerf;
@@ -65,16 +64,6 @@ class IntraoperativeRealTimeTest : public QObject {
   }
 };
 
-int main(int argc, char** argv) {
-  std::string why_not;
-  if (!RenderingAvailable(&why_not)) {
-    std::fprintf(stderr, "no display: %s\n", why_not.c_str());
-    return 77;
-  }
-  qputenv("QT_QPA_PLATFORM", "xcb");
-  QApplication app(argc, argv);
-  IntraoperativeRealTimeTest test;
-  return QTest::qExec(&test, argc, argv);
-}
+int main(int argc, char** argv) { return RunGuiTest<IntraoperativeRealTimeTest>(argc, argv); }
 
 #include "IntraoperativeRealTimeTest.moc"

@@ -1,5 +1,7 @@
 #include "GuiDriver.h"
 
+#include <QVTKOpenGLNativeWidget.h>
+
 #include <QAbstractButton>
 #include <QApplication>
 #include <QDropEvent>
@@ -7,8 +9,8 @@
 #include <QLabel>
 #include <QLineEdit>
 #include <QMimeData>
+#include <QSurfaceFormat>
 #include <QTableWidget>
-#include <QTest>
 #include <QTimer>
 #include <QToolButton>
 
@@ -103,6 +105,12 @@ void GuiDriver::ClickAt(const QString& view, double x, double y) const {
                     QPoint(int(x * w->width()), int(y * w->height())));
 }
 
+void GuiDriver::Paint() const {
+  Step(1);
+  Click("toolPaint");
+  Drag("sliceAxial", 0.35, 0.45, 0.6, 0.55);
+}
+
 void GuiDriver::ChooseFile(const QString& button, const QString& path) const {
   QTimer::singleShot(200, window_.get(), [path] {
     auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
@@ -118,4 +126,15 @@ void GuiDriver::ChooseFile(const QString& button, const QString& path) const {
 void GuiDriver::Abandon() {
   Idle();
   window_.reset();
+}
+
+std::unique_ptr<QApplication> MakeGuiApplication(int& argc, char** argv) {
+  if (!kerf::testing::DisplayForQt()) return nullptr;
+  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+  format.setSamples(0);
+  QSurfaceFormat::setDefaultFormat(format);
+  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
+  auto app = std::make_unique<QApplication>(argc, argv);
+  setlocale(LC_NUMERIC, "C");  // Qt has set the machine's
+  return app;
 }

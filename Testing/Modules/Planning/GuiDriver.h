@@ -2,8 +2,12 @@
 
 #include <QString>
 #include <QTemporaryDir>
+#include <QTest>
 #include <memory>
 
+#include "Support/TestDisplay.h"
+
+class QApplication;
 class QLabel;
 class QWidget;
 class qKerfMainWindow;
@@ -30,6 +34,8 @@ class GuiDriver {
   /// Drag with the left button in a slice, in fractions of its size.
   void Drag(const QString& view, double x0, double y0, double x1, double y1) const;
   void ClickAt(const QString& view, double x, double y) const;
+  /// A stroke of the brush across the axial slice.
+  void Paint() const;
   /// Answers the file dialog that `button` opens.
   void ChooseFile(const QString& button, const QString& path) const;
   /// Forgets unsaved work without a question, as a crash does.
@@ -38,3 +44,16 @@ class GuiDriver {
  private:
   std::unique_ptr<qKerfMainWindow> window_;
 };
+
+/// The application of a program that drives the window, made before any widget; null where there is
+/// no display. @param argc has to outlive it
+std::unique_ptr<QApplication> MakeGuiApplication(int& argc, char** argv);
+
+/// main() of a test of the window.
+template <class Test>
+int RunGuiTest(int argc, char** argv) {
+  const auto app = MakeGuiApplication(argc, argv);
+  if (!app) return kerf::testing::kNoDisplay;
+  Test test;
+  return QTest::qExec(&test, argc, argv);
+}

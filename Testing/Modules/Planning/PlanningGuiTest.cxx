@@ -1,5 +1,3 @@
-#include <QVTKOpenGLNativeWidget.h>
-
 #include <QAction>
 #include <QApplication>
 #include <QCheckBox>
@@ -10,13 +8,8 @@
 #include <QFile>
 #include <QLineEdit>
 #include <QListWidget>
-#include <QProcess>
 #include <QSlider>
-#include <QSurfaceFormat>
-#include <QTest>
 #include <QToolButton>
-#include <csignal>
-#include <cstdio>
 
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
@@ -24,36 +17,14 @@
 #include "Application/qKerfMainWindow.h"
 #include "CaseIO/CaseFolder.h"
 #include "CaseIO/Markups.h"
-#include "Core/Camera.h"
 #include "GuiDriver.h"
 #include "Pipelines/PlanPipeline.h"
 #include "SmallCt.h"
+#include "Support/TestCameras.h"
 
 namespace {
 
 constexpr int kToDo = 0, kDone = 1, kProblem = 2;
-constexpr char kCrash[] = "--paint-and-be-killed";
-
-void Paint(const GuiDriver& gui) {
-  gui.Step(1);
-  gui.Click("toolPaint");
-  gui.Drag("sliceAxial", 0.35, 0.45, 0.6, 0.55);
-}
-
-/// The other process of the recovery test: paints, waits for the autosave, and is killed.
-int PaintAndBeKilled(const QString& folder, const QString& ct) {
-  GuiDriver gui(folder);
-  gui.Drop(ct);
-  gui.Idle();
-  Paint(gui);
-  const double painted = gui.Volume_ml(0);
-  const QString autosave = QDir(folder).filePath("work/planning/autosave.kerfwork");
-  if (!QTest::qWaitFor([&] { return QFile::exists(autosave); }, 20000)) return 1;
-  std::printf("%.1f\n", painted);
-  std::fflush(stdout);
-  std::raise(SIGKILL);
-  return 0;
-}
 
 }  // namespace
 
@@ -66,12 +37,9 @@ class PlanningGuiTest : public QObject {
   void cleanup();
   void StartsEmptyAndSaysWhatToDo();
   void BadInputsAreSentences();
-  void PaintUndoRedoByKeys();
-  void SlicesAreLinked();
   void CancelLeavesTheLabelsAlone();
   void FromCtToCase();
   void LiverOfAWholeAbdomen();
-  void KilledAndRecovered();
   void BothThemesAndSizes();
 
  private:
@@ -85,14 +53,8 @@ void PlanningGuiTest::initTestCase() {
   folder_ = std::make_unique<QTemporaryDir>();
   ct_ = Path("ct.nrrd");
   kerf::WriteVolume(ct_.toStdString(), kerf::testing::SmallCt());
-  kerf::CameraModel camera;
-  camera.width = 960;
-  camera.height = 540;
-  camera.fx = camera.fy = 900;
-  camera.cx = 480;
-  camera.cy = 270;
   camera_ = Path("camera.yml");
-  kerf::WriteCameraFile(camera_.toStdString(), camera);
+  kerf::WriteCameraFile(camera_.toStdString(), kerf::testing::Pinhole(960, 540, 900));
 }
 
 void PlanningGuiTest::init() {
@@ -152,60 +114,10 @@ void PlanningGuiTest::BadInputsAreSentences() {
   QCOMPARE(gui_->Volume_ml(0), 0.0);
 }
 
-void PlanningGuiTest::PaintUndoRedoByKeys() {
-  gui_->Drop(ct_);
-  QVERIFY(gui_->Idle());
-  Paint(*gui_);
-  const double first = gui_->Volume_ml(0);
-  QVERIFY2(first > 0.1, qPrintable(QString::number(first)));
-  gui_->Drag("sliceCoronal", 0.4, 0.4, 0.6, 0.6);
-  const double second = gui_->Volume_ml(0);
-  QVERIFY(second > first);
-  auto* undo = gui_->Window()->findChild<QAction*>("undoAction");
-  QCOMPARE(undo->text().remove('&'), QString("Undo: paint"));
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
-  QTRY_COMPARE(gui_->Volume_ml(0), first);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
-  QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
-  QVERIFY(!undo->isEnabled());
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
-  QTRY_COMPARE(gui_->Volume_ml(0), first);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
-  QTRY_COMPARE(gui_->Volume_ml(0), second);
-  // The eraser takes away, a seed is a step of its own.
-  QTest::keyClick(gui_->Window(), Qt::Key_4);
-  gui_->Drag("sliceAxial", 0.3, 0.45, 0.65, 0.55);
-  QVERIFY(gui_->Volume_ml(0) < second);
-  QCOMPARE(undo->text().remove('&'), QString("Undo: erase"));
-  QTest::keyClick(gui_->Window(), Qt::Key_2);
-  gui_->ClickAt("sliceAxial", 0.5, 0.5);
-  QCOMPARE(undo->text().remove('&'), QString("Undo: place organ seed"));
-}
-
-void PlanningGuiTest::SlicesAreLinked() {
-  gui_->Drop(ct_);
-  QVERIFY(gui_->Idle());
-  const QImage before = gui_->Find("sliceCoronal")->grab().toImage();
-  gui_->ClickAt("sliceAxial", 0.5, 0.3);
-  QTest::qWait(50);
-  QVERIFY(gui_->Find("sliceCoronal")->grab().toImage() != before);
-  const QImage axial = gui_->Find("sliceAxial")->grab().toImage();
-  QTest::keyClick(gui_->Find("sliceAxial"), Qt::Key_Up);
-  QTest::qWait(50);
-  QVERIFY(gui_->Find("sliceAxial")->grab().toImage() != axial);
-  // A window preset brightens or darkens the picture.
-  const QImage grey = gui_->Find("sliceSagittal")->grab().toImage();
-  auto* window = qobject_cast<QComboBox*>(gui_->Find("windowChoice"));
-  window->setFocus();
-  QTest::keyClick(window, Qt::Key_Down);
-  QTest::qWait(50);
-  QVERIFY(gui_->Find("sliceSagittal")->grab().toImage() != grey);
-}
-
 void PlanningGuiTest::CancelLeavesTheLabelsAlone() {
   gui_->Drop(ct_);
   QVERIFY(gui_->Idle());
-  Paint(*gui_);
+  gui_->Paint();
   const double painted = gui_->Volume_ml(0);
   const auto steps = gui_->Window()->Host()->Undo().Count();
   gui_->Click("segmentButton");
@@ -344,32 +256,6 @@ void PlanningGuiTest::LiverOfAWholeAbdomen() {
   QCOMPARE(gui_->State(2), kDone);
 }
 
-void PlanningGuiTest::KilledAndRecovered() {
-  gui_.reset();
-  const QString run = Path("killed");
-  QDir().mkpath(run);
-  QProcess child;
-  child.start(QCoreApplication::applicationFilePath(), {kCrash, run, ct_});
-  QVERIFY(child.waitForFinished(60000));
-  QCOMPARE(child.exitStatus(), QProcess::CrashExit);
-  const double painted = child.readAllStandardOutput().trimmed().toDouble();
-  QVERIFY(painted > 0);
-  gui_ = std::make_unique<GuiDriver>(run);
-  QVERIFY(gui_->Find("recoveryBar")->isVisible());
-  gui_->Click("recoverButton");
-  QVERIFY(gui_->Idle());
-  QTRY_COMPARE(gui_->Volume_ml(0), painted);
-  QVERIFY(gui_->Find("recoveryBar")->isHidden());
-  gui_->Abandon();
-  // Once more, and thrown away this time.
-  gui_ = std::make_unique<GuiDriver>(run);
-  QVERIFY(gui_->Find("recoveryBar")->isVisible());
-  gui_->Click("discardButton");
-  gui_->Abandon();
-  gui_ = std::make_unique<GuiDriver>(run);
-  QVERIFY(gui_->Find("recoveryBar")->isHidden());
-}
-
 void PlanningGuiTest::BothThemesAndSizes() {
   gui_->Drop(ct_);
   QVERIFY(gui_->Idle());
@@ -400,16 +286,6 @@ void PlanningGuiTest::BothThemesAndSizes() {
   }
 }
 
-int main(int argc, char** argv) {
-  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
-  format.setSamples(0);
-  QSurfaceFormat::setDefaultFormat(format);
-  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
-  QApplication app(argc, argv);
-  setlocale(LC_NUMERIC, "C");
-  if (argc == 4 && QString(argv[1]) == kCrash) return PaintAndBeKilled(argv[2], argv[3]);
-  PlanningGuiTest test;
-  return QTest::qExec(&test, argc, argv);
-}
+int main(int argc, char** argv) { return RunGuiTest<PlanningGuiTest>(argc, argv); }
 
 #include "PlanningGuiTest.moc"

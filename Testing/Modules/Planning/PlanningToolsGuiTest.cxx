@@ -1,7 +1,6 @@
 // The tools of planning that need a folder, a dialog or two labels: the list of a DICOM folder's
-// series, the import of finished labels, the active contour, booleans. With real events.
-#include <QVTKOpenGLNativeWidget.h>
-
+// series, the import of finished labels, the active contour, booleans, the slices. With real
+// events.
 #include <QAction>
 #include <QApplication>
 #include <QComboBox>
@@ -11,9 +10,7 @@
 #include <QDoubleSpinBox>
 #include <QHeaderView>
 #include <QPushButton>
-#include <QSurfaceFormat>
 #include <QTableWidget>
-#include <QTest>
 #include <QTimer>
 #include <QTreeWidget>
 
@@ -36,6 +33,7 @@ class PlanningToolsGuiTest : public QObject {
   void TheContourSnapsToTheEdgesAndIsUndone();
   void TheContourIsStopped();
   void LabelsAreCombined();
+  void SlicesAreLinked();
 
  private:
   QString Path(const QString& name) const { return folder_.filePath(name); }
@@ -241,15 +239,25 @@ void PlanningToolsGuiTest::LabelsAreCombined() {
   QTRY_VERIFY(std::abs(gui_->Volume_ml(0) - (organ - far_part)) < 0.11);
 }
 
-int main(int argc, char** argv) {
-  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
-  format.setSamples(0);
-  QSurfaceFormat::setDefaultFormat(format);
-  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
-  QApplication app(argc, argv);
-  setlocale(LC_NUMERIC, "C");
-  PlanningToolsGuiTest test;
-  return QTest::qExec(&test, argc, argv);
+void PlanningToolsGuiTest::SlicesAreLinked() {
+  OpenSmallCt();
+  const QImage before = gui_->Find("sliceCoronal")->grab().toImage();
+  gui_->ClickAt("sliceAxial", 0.5, 0.3);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceCoronal")->grab().toImage() != before);
+  const QImage axial = gui_->Find("sliceAxial")->grab().toImage();
+  QTest::keyClick(gui_->Find("sliceAxial"), Qt::Key_Up);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceAxial")->grab().toImage() != axial);
+  // A window preset brightens or darkens the picture.
+  const QImage grey = gui_->Find("sliceSagittal")->grab().toImage();
+  auto* window = qobject_cast<QComboBox*>(gui_->Find("windowChoice"));
+  window->setFocus();
+  QTest::keyClick(window, Qt::Key_Down);
+  QTest::qWait(50);
+  QVERIFY(gui_->Find("sliceSagittal")->grab().toImage() != grey);
 }
+
+int main(int argc, char** argv) { return RunGuiTest<PlanningToolsGuiTest>(argc, argv); }
 
 #include "PlanningToolsGuiTest.moc"

@@ -1,13 +1,9 @@
-#include <QVTKOpenGLNativeWidget.h>
-
 #include <QAction>
 #include <QApplication>
 #include <QDir>
 #include <QDoubleSpinBox>
 #include <QElapsedTimer>
 #include <QLineEdit>
-#include <QSurfaceFormat>
-#include <QTest>
 #include <cstdio>
 
 #include "Application/qKerfApplicationHost.h"
@@ -17,14 +13,10 @@
 /// Goes through planning as a person would and takes a picture of every step.
 /// PlanningTour STUDY OUTPUT WIDTH HEIGHT dark|light
 int main(int argc, char** argv) {
-  QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
-  format.setSamples(0);
-  QSurfaceFormat::setDefaultFormat(format);
   QTemporaryDir run;
   qputenv("HOME", run.path().toUtf8());  // pictures show ~, not this machine
-  QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
-  QApplication app(argc, argv);
-  setlocale(LC_NUMERIC, "C");
+  const auto app = MakeGuiApplication(argc, argv);
+  if (!app) return kerf::testing::kNoDisplay;
   if (argc != 6) {
     std::fprintf(stderr, "PlanningTour STUDY OUTPUT WIDTH HEIGHT dark|light\n");
     return 2;

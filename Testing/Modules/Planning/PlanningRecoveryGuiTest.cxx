@@ -1,0 +1,119 @@
+// Nothing painted is lost: undone and done again by keys, recovered after a crash. With real
+// events.
+#include <QAction>
+#include <QApplication>
+#include <QDir>
+#include <QFile>
+#include <QProcess>
+#include <csignal>
+#include <cstdio>
+
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Application/qKerfMainWindow.h"
+#include "GuiDriver.h"
+#include "SmallCt.h"
+
+namespace {
+
+constexpr char kCrash[] = "--paint-and-be-killed";
+
+/// The other process of the recovery test: paints, waits for the autosave, and is killed.
+int PaintAndBeKilled(const QString& folder, const QString& ct) {
+  GuiDriver gui(folder);
+  gui.Drop(ct);
+  gui.Idle();
+  gui.Paint();
+  const double painted = gui.Volume_ml(0);
+  const QString autosave = QDir(folder).filePath("work/planning/autosave.kerfwork");
+  if (!QTest::qWaitFor([&] { return QFile::exists(autosave); }, 20000)) return 1;
+  std::printf("%.1f\n", painted);
+  std::fflush(stdout);
+  std::raise(SIGKILL);
+  return 0;
+}
+
+}  // namespace
+
+class PlanningRecoveryGuiTest : public QObject {
+  Q_OBJECT
+ private slots:
+  void initTestCase() {
+    kerf::WriteVolume(ct_.toStdString(), kerf::testing::SmallCt());
+    QDir().mkpath(Path("run"));
+  }
+  void cleanup() { gui_.reset(); }
+  void PaintUndoRedoByKeys();
+  void KilledAndRecovered();
+
+ private:
+  QString Path(const QString& name) const { return folder_.filePath(name); }
+  QTemporaryDir folder_;
+  const QString ct_ = Path("ct.nrrd");
+  std::unique_ptr<GuiDriver> gui_;
+};
+
+void PlanningRecoveryGuiTest::PaintUndoRedoByKeys() {
+  gui_ = std::make_unique<GuiDriver>(Path("run"));
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  gui_->Paint();
+  const double first = gui_->Volume_ml(0);
+  QVERIFY2(first > 0.1, qPrintable(QString::number(first)));
+  gui_->Drag("sliceCoronal", 0.4, 0.4, 0.6, 0.6);
+  const double second = gui_->Volume_ml(0);
+  QVERIFY(second > first);
+  auto* undo = gui_->Window()->findChild<QAction*>("undoAction");
+  QCOMPARE(undo->text().remove('&'), QString("Undo: paint"));
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), first);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
+  QVERIFY(!undo->isEnabled());
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), first);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  QTRY_COMPARE(gui_->Volume_ml(0), second);
+  // The eraser takes away, a seed is a step of its own.
+  QTest::keyClick(gui_->Window(), Qt::Key_4);
+  gui_->Drag("sliceAxial", 0.3, 0.45, 0.65, 0.55);
+  QVERIFY(gui_->Volume_ml(0) < second);
+  QCOMPARE(undo->text().remove('&'), QString("Undo: erase"));
+  QTest::keyClick(gui_->Window(), Qt::Key_2);
+  gui_->ClickAt("sliceAxial", 0.5, 0.5);
+  QCOMPARE(undo->text().remove('&'), QString("Undo: place organ seed"));
+}
+
+void PlanningRecoveryGuiTest::KilledAndRecovered() {
+  const QString run = Path("killed");
+  QDir().mkpath(run);
+  QProcess child;
+  child.start(QCoreApplication::applicationFilePath(), {kCrash, run, ct_});
+  QVERIFY(child.waitForFinished(60000));
+  QCOMPARE(child.exitStatus(), QProcess::CrashExit);
+  const double painted = child.readAllStandardOutput().trimmed().toDouble();
+  QVERIFY(painted > 0);
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  gui_->Click("recoverButton");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->Volume_ml(0), painted);
+  QVERIFY(gui_->Find("recoveryBar")->isHidden());
+  gui_->Abandon();
+  // Once more, and thrown away this time.
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  gui_->Click("discardButton");
+  gui_->Abandon();
+  gui_ = std::make_unique<GuiDriver>(run);
+  QVERIFY(gui_->Find("recoveryBar")->isHidden());
+}
+
+int main(int argc, char** argv) {
+  if (argc == 4 && QString(argv[1]) == kCrash) {
+    const auto app = MakeGuiApplication(argc, argv);
+    return PaintAndBeKilled(argv[2], argv[3]);
+  }
+  return RunGuiTest<PlanningRecoveryGuiTest>(argc, argv);
+}
+
+#include "PlanningRecoveryGuiTest.moc"
