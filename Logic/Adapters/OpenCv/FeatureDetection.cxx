@@ -71,6 +71,31 @@ std::vector<InterestPoint> Choose(const std::vector<InterestPoint>& sorted, int 
   return chosen;
 }
 
+/// At most `wanted` points, spread evenly: the largest distance is sought at which the strongest
+/// points, each keeping that distance from the stronger ones and from `taken`, still are `wanted`.
+/// Ties are decided by place.
+std::vector<InterestPoint> SpreadEvenly(std::vector<InterestPoint> points, int wanted,
+                                        const std::vector<cv::Point2f>& taken,
+                                        cv::Size image_size) {
+  if (wanted <= 0 || points.empty()) return {};
+  std::sort(points.begin(), points.end(), [](const InterestPoint& a, const InterestPoint& b) {
+    return std::make_tuple(-a.score, a.v, a.u) < std::make_tuple(-b.score, b.v, b.u);
+  });
+  float low = 2.0F, high = static_cast<float>(std::max(image_size.width, image_size.height));
+  std::vector<InterestPoint> best = Choose(points, wanted, taken, image_size, low);
+  for (int step = 0; step < 14 && high - low > 0.25F; ++step) {
+    const float middle = 0.5F * (low + high);
+    std::vector<InterestPoint> chosen = Choose(points, wanted, taken, image_size, middle);
+    if (static_cast<int>(chosen.size()) == wanted) {
+      low = middle;
+      best = std::move(chosen);
+    } else {
+      high = middle;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<InterestPoint> DetectInterestPoints(const cv::Mat& grey, const cv::Mat& mask,
@@ -114,26 +139,29 @@ std::vector<InterestPoint> DetectInterestPoints(const cv::Mat& grey, const cv::M
   return points;
 }
 
-std::vector<InterestPoint> SpreadEvenly(std::vector<InterestPoint> points, int wanted,
-                                        const std::vector<cv::Point2f>& taken,
-                                        cv::Size image_size) {
-  if (wanted <= 0 || points.empty()) return {};
-  std::sort(points.begin(), points.end(), [](const InterestPoint& a, const InterestPoint& b) {
-    return std::make_tuple(-a.score, a.v, a.u) < std::make_tuple(-b.score, b.v, b.u);
-  });
-  float low = 2.0F, high = static_cast<float>(std::max(image_size.width, image_size.height));
-  std::vector<InterestPoint> best = Choose(points, wanted, taken, image_size, low);
-  for (int step = 0; step < 14 && high - low > 0.25F; ++step) {
-    const float middle = 0.5F * (low + high);
-    std::vector<InterestPoint> chosen = Choose(points, wanted, taken, image_size, middle);
-    if (static_cast<int>(chosen.size()) == wanted) {
-      low = middle;
-      best = std::move(chosen);
-    } else {
-      high = middle;
+std::vector<InterestPoint> StartingPoints(const cv::Mat& grey, const cv::Mat& excluded,
+                                          const std::string& detector, int wanted,
+                                          const std::vector<cv::Point2f>& taken) {
+  // A feature's centre keeps away from everything that is not plain tissue; its patch may reach
+  // there.
+  cv::Mat allowed;
+  cv::erode(excluded == 0, allowed, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}), {-1, -1},
+            1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::Mat texture;
+  cv::cornerMinEigenVal(grey, texture, 7, 3);
+  allowed.setTo(0, texture < 2e-5);
+  std::vector<InterestPoint> points = DetectInterestPoints(grey, allowed, detector);
+  // Too few to choose from would mean clusters: corners fill in, after the detector's own points.
+  if (static_cast<int>(points.size()) < 3 * wanted && detector != "gftt") {
+    float weakest = 0;
+    for (const InterestPoint& point : points) weakest = std::min(weakest, point.score);
+    std::vector<InterestPoint> corners = DetectInterestPoints(grey, allowed, "gftt");
+    for (InterestPoint& corner : corners) {
+      corner.score += weakest - 1e7F;
+      points.push_back(corner);
     }
   }
-  return best;
+  return SpreadEvenly(std::move(points), wanted, taken, grey.size());
 }
 
 }  // namespace kerf

@@ -22,10 +22,11 @@ std::vector<InterestPoint> FastHessianPoints(const cv::Mat& grey, double thresho
 std::vector<InterestPoint> DetectInterestPoints(const cv::Mat& grey, const cv::Mat& mask,
                                                 const std::string& detector);
 
-/// At most `wanted` points, spread evenly: the largest distance is sought at which the strongest
-/// points, each keeping that distance from the stronger ones and from `taken`, still are `wanted`.
-/// Ties are decided by place.
-std::vector<InterestPoint> SpreadEvenly(std::vector<InterestPoint> points, int wanted,
-                                        const std::vector<cv::Point2f>& taken, cv::Size image_size);
+/// Where new features start: points of the named detector on plain, textured tissue, spread evenly
+/// and away from `taken`; corners fill in where the detector finds too few.
+/// @param grey 8-bit; @param excluded 8-bit, what is not plain tissue; @param taken px
+std::vector<InterestPoint> StartingPoints(const cv::Mat& grey, const cv::Mat& excluded,
+                                          const std::string& detector, int wanted,
+                                          const std::vector<cv::Point2f>& taken);
 
 }  // namespace kerf

@@ -8,9 +8,9 @@
 
 #include "Adapters/OpenCv/CvMats.h"
 #include "Adapters/OpenCv/FeatureDetection.h"
+#include "Adapters/OpenCv/FeatureRecognition.h"
 #include "Adapters/OpenCv/Masks.h"
 #include "Adapters/OpenCv/NeighbourMotion.h"
-#include "Adapters/OpenCv/PatchAligner.h"
 #include "Adapters/OpenCv/TrackerImages.h"
 #include "Core/Errors.h"
 
@@ -20,20 +20,10 @@ namespace {
 cv::Point2f ToCv(const Eigen::Vector2f& p) { return {p.x(), p.y()}; }
 Eigen::Vector2f FromCv(const cv::Point2f& p) { return {p.x, p.y}; }
 
-/// What the tracker remembers of one feature.
-struct FeatureTrack {
-  Patch patch;
-  AffineWarp warp;              ///< where it is (warp.t, full image px) and how it is deformed
-  Eigen::Vector2f birth{0, 0};  ///< where it was taken
-  int generation = 0;           ///< number of the detection that found it
-  FeatureStatus status = FeatureStatus::Lost;
-  int alone = 0;  ///< frames since the reference patch was last recognized
-  float correlation = 1;
-};
-
 class LucasKanadeTracker : public VideoTracker {
  public:
-  explicit LucasKanadeTracker(const TrackerOptions& options) : options_(options) {
+  explicit LucasKanadeTracker(const TrackerOptions& options)
+      : options_(options), recognition_(options) {
     if (options.window_px < 5 || options.levels < 0 || options.levels > 6 ||
         options.patch_half_px < 4 || options.patch_half_px > 40)
       throw UsageError("tracker: window, levels or patch size out of range");
@@ -44,7 +34,7 @@ class LucasKanadeTracker : public VideoTracker {
 
   FeatureSet Detect(const Frame& frame, const Image& organ_mask, int wanted) override {
     tracks_.clear();
-    usual_correlation_ = 1.0F;
+    recognition_ = FeatureRecognition(options_);
     FeatureSet features;
     features.pixels.resize(0, 2);
     current_.Load(frame, MaskBox(frame, organ_mask), options_.window_px, options_.levels);
@@ -54,7 +44,7 @@ class LucasKanadeTracker : public VideoTracker {
 
   void Adopt(const Frame& frame, const Image& organ_mask, FeatureSet* features) override {
     tracks_.assign(features->Size(), {});
-    usual_correlation_ = 1.0F;
+    recognition_ = FeatureRecognition(options_);
     features->status.assign(features->Size(), FeatureStatus::Lost);
     cv::Rect box = PointBox(features->pixels);
     current_.Load(frame, box, options_.window_px, options_.levels);
@@ -102,9 +92,6 @@ class LucasKanadeTracker : public VideoTracker {
       throw UsageError("tracker: the features are not those of the last frame");
   }
 
-  // ---- start
-  // -------------------------------------------------------------------------------------------------------
-
   cv::Rect MaskBox(const Frame& frame, const Image& organ_mask) const {
     if (!frame.image) throw InputError("video", "frame " + std::to_string(frame.index), "no image");
     if (organ_mask.width != frame.image->width || organ_mask.height != frame.image->height ||
@@ -141,37 +128,15 @@ class LucasKanadeTracker : public VideoTracker {
   }
   std::vector<NeighbourView> Views() const {
     std::vector<NeighbourView> views;
-    for (const FeatureTrack& track : tracks_) views.push_back(ViewOfTrack(track));
+    for (const FeatureTrack& track : tracks_)
+      views.push_back({track.birth, track.warp.t, track.warp.A, track.generation,
+                       track.status == FeatureStatus::Tracked});
     return views;
-  }
-  static NeighbourView ViewOfTrack(const FeatureTrack& track) {
-    return {track.birth, track.warp.t, track.warp.A, track.generation,
-            track.status == FeatureStatus::Tracked};
   }
 
   int Append(const Image& organ_mask, int wanted, FeatureSet* features) {
     const cv::Mat excluded = Excluded(organ_mask);
     ++generation_;
-    // A feature's centre keeps away from everything that is not plain tissue; its patch may reach
-    // there.
-    cv::Mat allowed;
-    cv::erode(excluded == 0, allowed, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}),
-              {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-    cv::Mat texture;
-    cv::cornerMinEigenVal(current_.Grey(), texture, 7, 3);
-    allowed.setTo(0, texture < 2e-5);
-    std::vector<InterestPoint> points =
-        DetectInterestPoints(current_.Grey(), allowed, options_.detector);
-    // Too few to choose from would mean clusters: corners fill in, after the detector's own points.
-    if (static_cast<int>(points.size()) < 3 * wanted && options_.detector != "gftt") {
-      float weakest = 0;
-      for (const InterestPoint& point : points) weakest = std::min(weakest, point.score);
-      std::vector<InterestPoint> corners = DetectInterestPoints(current_.Grey(), allowed, "gftt");
-      for (InterestPoint& corner : corners) {
-        corner.score += weakest - 1e7F;
-        points.push_back(corner);
-      }
-    }
     std::vector<cv::Point2f> taken;
     for (const FeatureTrack& track : tracks_)
       if (!track.patch.Empty()) taken.push_back(ToCv(track.warp.t - current_.Origin()));
@@ -179,7 +144,7 @@ class LucasKanadeTracker : public VideoTracker {
         features->id.empty() ? 0 : *std::max_element(features->id.begin(), features->id.end()) + 1;
     std::vector<FeatureTrack> started;
     for (const InterestPoint& point :
-         SpreadEvenly(std::move(points), wanted, taken, current_.Grey().size())) {
+         StartingPoints(current_.Grey(), excluded, options_.detector, wanted, taken)) {
       FeatureTrack track;
       Start(Eigen::Vector2f(point.u, point.v) + current_.Origin(), excluded, &track);
       if (track.status == FeatureStatus::Tracked) started.push_back(std::move(track));
@@ -195,9 +160,6 @@ class LucasKanadeTracker : public VideoTracker {
     neighbours_.Build(Views());
     return static_cast<int>(started.size());
   }
-
-  // ---- one frame
-  // ---------------------------------------------------------------------------------------------------
 
   /// Lucas–Kanade there and back, then the reference patch, for every feature that was seen in the
   /// last frame.
@@ -227,7 +189,8 @@ class LucasKanadeTracker : public VideoTracker {
     std::vector<int> all(rows.size());
     std::iota(all.begin(), all.end(), 0);
     for_all(all, [&](int k) {
-      settled[k] = Settle(FromCv(to[k]) + current_.Origin(), tracks_[rows[k]]);
+      settled[k] =
+          recognition_.Settle(current_, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
     });
 
     // The way back is the check for those that do not look like their reference; recognition is the
@@ -247,76 +210,15 @@ class LucasKanadeTracker : public VideoTracker {
     for (std::size_t d = 0; d < doubtful.size(); ++d) {
       const int k = doubtful[d];
       const bool consistent = found[k] && found_back[d] && cv::norm(back[d] - from[k]) <= limit;
-      FollowAlone(consistent, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
+      recognition_.FollowAlone(consistent, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
     }
     for (const int k : all)
       if (tracks_[rows[k]].status == FeatureStatus::Tracked)
         motion_[rows[k]] = tracks_[rows[k]].warp.t - FromCv(from[k]) - current_.Origin();
-    LearnUsualCorrelation(settled, rows);
-  }
-
-  enum class Settled { Recognized, Hidden, Doubtful };
-
-  /// Decides one feature's position from Lucas–Kanade's answer and its reference.
-  Settled Settle(const Eigen::Vector2f& flow, FeatureTrack& track) const {
-    if (!current_.Inside(flow, 2) || current_.InstrumentAt(flow)) {
-      track.status = FeatureStatus::Occluded;
-      return Settled::Hidden;
-    }
-    if (!options_.reanchor) return Settled::Doubtful;
-    AffineWarp warp = track.warp;
-    warp.t = flow - current_.Origin();
-    const Alignment seen = Align(track, 6, &warp);
-    const Eigen::Vector2f anchored = warp.t + current_.Origin();
-    track.correlation = seen.valid ? seen.correlation : 0;
-    // Tissue does not change its shape at once; what seems to is something else.
-    const Eigen::Matrix2f change = warp.A * track.warp.A.inverse() - Eigen::Matrix2f::Identity();
-    if (seen.valid && seen.correlation >= AcceptFrom() && change.norm() < 0.2F &&
-        (anchored - flow).norm() <= options_.reanchor_limit_px) {
-      track.warp.A = warp.A;
-      track.warp.t = anchored;
-      track.alone = 0;
-      return Settled::Recognized;
-    }
-    return Settled::Doubtful;
-  }
-
-  /// A feature that was not recognized lives on Lucas–Kanade for a few frames, if that agrees with
-  /// itself.
-  void FollowAlone(bool consistent, const Eigen::Vector2f& flow, FeatureTrack* track) const {
-    if (!consistent) {
-      track->status = FeatureStatus::Lost;
-      return;
-    }
-    if (options_.reanchor &&
-        (track->correlation < usual_correlation_ * options_.hidden_correlation ||
-         ++track->alone > options_.patience_frames)) {
-      track->status = FeatureStatus::Occluded;
-      return;
-    }
-    track->warp.t = flow;
-  }
-
-  Alignment Align(const FeatureTrack& track, int iterations, AffineWarp* warp) const {
-    const float radius = 2.0F * static_cast<float>(options_.patch_half_px);
-    return track.patch.Align(current_.Smooth(), current_.ExcludedNear(warp->t, radius), iterations,
-                             warp);
-  }
-  float AcceptFrom() const {
-    return usual_correlation_ * static_cast<float>(options_.accept_correlation);
-  }
-
-  /// Noise, smoke and compression lower all correlations alike: what counts is how a feature
-  /// compares with the others.
-  void LearnUsualCorrelation(const std::vector<Settled>& settled, const std::vector<int>& rows) {
     std::vector<float> correlations;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      if (settled[k] != Settled::Hidden && tracks_[rows[k]].correlation > 0.5F)
-        correlations.push_back(tracks_[rows[k]].correlation);
-    if (correlations.size() < 20) return;
-    const auto middle = correlations.begin() + static_cast<std::ptrdiff_t>(correlations.size() / 2);
-    std::nth_element(correlations.begin(), middle, correlations.end());
-    usual_correlation_ = std::clamp(0.8F * usual_correlation_ + 0.2F * *middle, 0.8F, 1.0F);
+    for (const int k : all)
+      if (settled[k] != Settled::Hidden) correlations.push_back(tracks_[rows[k]].correlation);
+    recognition_.Learn(std::move(correlations));
   }
 
   void RefuseLoners() {
@@ -363,44 +265,27 @@ class LucasKanadeTracker : public VideoTracker {
       track->status = FeatureStatus::Occluded;
       return;
     }
-    AffineWarp best;
-    float best_correlation = 0.5F;
-    for (int dy = -6; dy <= 6; dy += 2)
-      for (int dx = -6; dx <= 6; dx += 2) {
-        AffineWarp warp = track->warp;
-        warp.t +=
-            Eigen::Vector2f(static_cast<float>(dx), static_cast<float>(dy)) - current_.Origin();
-        const Alignment seen = Align(*track, 0, &warp);
-        if (seen.valid && seen.correlation > best_correlation) {
-          best_correlation = seen.correlation;
-          best = warp;
-        }
-      }
-    if (best_correlation <= 0.5F) return;
-    const Alignment seen = Align(*track, 10, &best);
-    const float wanted = 0.5F * usual_correlation_ + 0.5F * AcceptFrom();
-    if (!seen.valid || seen.correlation < wanted || seen.used < 0.7F) return;
-    best.t += current_.Origin();
-    if ((best.t - track->warp.t).norm() > 9) return;
+    const std::optional<Sighting> seen = recognition_.Find(current_, *track);
+    if (!seen) return;
     NeighbourView view = views[row];
-    view.now = best.t;
-    view.shape = best.A;
+    view.now = seen->warp.t;
+    view.shape = seen->warp.A;
     if (options_.neighbours && neighbours_.Misplaced(row, view, views)) return;
-    track->warp = best;
+    track->warp = seen->warp;
     track->alone = 0;
-    track->correlation = seen.correlation;
+    track->correlation = seen->correlation;
     track->status = FeatureStatus::Tracked;
   }
 
   TrackerOptions options_;
   TrackerImages previous_, current_;
+  FeatureRecognition recognition_;
   std::vector<FeatureTrack> tracks_;
   std::vector<Eigen::Vector2f> motion_;  ///< of this frame; NaN where not tracked
   NeighbourMotion neighbours_;
   Pixels predicted_{0, 2};
   std::size_t next_try_ = 0;
   int generation_ = 0;
-  float usual_correlation_ = 1.0F;  ///< running median over the features that are followed
 };
 
 }  // namespace
