@@ -5,29 +5,16 @@
 #include <vtkActor2D.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkContourFilter.h>
-#include <vtkCoordinate.h>
-#include <vtkDoubleArray.h>
 #include <vtkGenericOpenGLRenderWindow.h>
-#include <vtkGlyph3D.h>
 #include <vtkInteractorStyleTrackballCamera.h>
-#include <vtkLight.h>
 #include <vtkLightKit.h>
 #include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkOrientationMarkerWidget.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
-#include <vtkSphereSource.h>
-#include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
 #include <QEvent>
@@ -36,8 +23,8 @@
 #include <QVBoxLayout>
 #include <map>
 
-#include "Adapters/Vtk/Conversions.h"
 #include "Common/qKerfTheme.h"
+#include "Views/SceneProps.h"
 
 struct qKerfSceneView::Impl {
   QVTKOpenGLNativeWidget* widget = nullptr;
@@ -59,51 +46,6 @@ struct qKerfSceneView::Impl {
   }
 };
 
-namespace {
-
-void Paint(vtkProperty* property, const QColor& color, double opacity) {
-  property->SetColor(color.redF(), color.greenF(), color.blueF());
-  property->SetOpacity(opacity);
-  property->SetAmbient(0.2);
-  property->SetSpecular(0.15);
-  property->SetSpecularPower(20);
-}
-
-vtkSmartPointer<vtkPolyData> Shaded(vtkPolyData* data) {
-  vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(data);
-  normals->SplittingOff();
-  normals->ConsistencyOff();
-  normals->Update();
-  return normals->GetOutput();
-}
-
-vtkSmartPointer<vtkDoubleArray> ArrayOf(const std::vector<double>& values) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
-  for (std::size_t i = 0; i < values.size(); ++i)
-    array->SetValue(static_cast<vtkIdType>(i), values[i]);
-  return array;
-}
-
-vtkSmartPointer<vtkPolyData> PointSet(const kerf::Points& points, bool as_line) {
-  auto data = vtkSmartPointer<vtkPolyData>::New();
-  vtkNew<vtkPoints> corners;
-  corners->SetDataTypeToDouble();
-  for (Eigen::Index p = 0; p < points.rows(); ++p)
-    corners->InsertNextPoint(points(p, 0), points(p, 1), points(p, 2));
-  data->SetPoints(corners);
-  if (as_line) {
-    vtkNew<vtkCellArray> cells;
-    cells->InsertNextCell(static_cast<vtkIdType>(points.rows()));
-    for (vtkIdType p = 0; p < points.rows(); ++p) cells->InsertCellPoint(p);
-    data->SetLines(cells);
-  }
-  return data;
-}
-
-}  // namespace
-
 qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Impl) {
   setObjectName("sceneView");
   setMinimumSize(160, 130);
@@ -120,17 +62,7 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   impl_->renderer->AutomaticLightCreationOff();
   impl_->lights->AddLightsToRenderer(impl_->renderer);
 
-  // Red where it is near, blue where it is far, through colours of rising brightness.
-  const double stops[5][3] = {
-      {0.75, 0.1, 0.15}, {0.95, 0.5, 0.2}, {0.95, 0.85, 0.4}, {0.45, 0.75, 0.75}, {0.2, 0.4, 0.8}};
-  impl_->table->SetNumberOfTableValues(256);
-  for (int i = 0; i < 256; ++i) {
-    const double t = i / 255.0 * 4;
-    const int s = std::min(3, static_cast<int>(t));
-    double rgb[3];
-    for (int c = 0; c < 3; ++c) rgb[c] = stops[s][c] + (stops[s + 1][c] - stops[s][c]) * (t - s);
-    impl_->table->SetTableValue(i, rgb[0], rgb[1], rgb[2], 1);
-  }
+  kerf_scene::FillNearToFar(impl_->table);
   impl_->bar->SetLookupTable(impl_->table);
   impl_->bar->SetNumberOfLabels(5);
   impl_->bar->SetLabelFormat("%.0f");
@@ -203,13 +135,7 @@ void qKerfSceneView::SetSurface(const std::string& name, const kerf::SurfaceMesh
                                 const QColor& color, double opacity) {
   Remove(name);
   if (surface.Empty()) return;
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(Shaded(kerf::ToVtk(surface)));
-  mapper->ScalarVisibilityOff();
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  Paint(actor->GetProperty(), color, opacity);
-  impl_->Add(name, actor);
+  impl_->Add(name, kerf_scene::SurfaceProp(surface, color, opacity));
   Render();
 }
 
@@ -218,23 +144,8 @@ void qKerfSceneView::SetColoredSurface(const std::string& name, const kerf::Surf
                                        const QString& title, double opacity) {
   Remove(name);
   if (surface.Empty()) return;
-  auto data = kerf::ToVtk(surface);
-  const bool per_point = values.size() == static_cast<std::size_t>(surface.points.rows());
-  if (per_point) {
-    data = Shaded(data);
-    data->GetPointData()->SetScalars(ArrayOf(values));
-  } else {
-    data->GetCellData()->SetScalars(ArrayOf(values));
-  }
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(data);
-  mapper->SetLookupTable(impl_->table);
-  mapper->UseLookupTableScalarRangeOn();
   impl_->table->SetTableRange(low, high);
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetOpacity(opacity);
-  impl_->Add(name, actor);
+  impl_->Add(name, kerf_scene::ColoredSurfaceProp(surface, values, impl_->table, opacity));
   impl_->bar->SetTitle(title.toUtf8().constData());
   impl_->bar->SetVisibility(true);
   impl_->with_bar = name;
@@ -245,17 +156,7 @@ void qKerfSceneView::SetLine(const std::string& name, const kerf::Points& points
                              const QColor& color, double width_px) {
   Remove(name);
   if (points.rows() < 2) return;
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(PointSet(points, true));
-  // In front of the surface that it lies on.
-  mapper->SetResolveCoincidentTopologyToPolygonOffset();
-  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, -8);
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  Paint(actor->GetProperty(), color, 1);
-  actor->GetProperty()->SetLineWidth(static_cast<float>(width_px));
-  actor->GetProperty()->LightingOff();
-  impl_->Add(name, actor);
+  impl_->Add(name, kerf_scene::LineProp(points, color, width_px));
   Render();
 }
 
@@ -264,33 +165,9 @@ void qKerfSceneView::SetPoints(const std::string& name, const kerf::Points& poin
                                double radius_mm) {
   Remove(name);
   if (points.rows() == 0) return;
-  vtkNew<vtkSphereSource> ball;
-  ball->SetRadius(radius_mm);
-  ball->SetThetaResolution(16);
-  ball->SetPhiResolution(12);
-  vtkNew<vtkGlyph3D> glyphs;
-  glyphs->SetInputData(PointSet(points, false));
-  glyphs->SetSourceConnection(ball->GetOutputPort());
-  glyphs->ScalingOff();
-  glyphs->Update();
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(glyphs->GetOutput());
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  Paint(actor->GetProperty(), color, 1);
-  impl_->Add(name, actor);
-  for (std::size_t i = 0; i < labels.size() && i < std::size_t(points.rows()); ++i) {
-    vtkNew<vtkTextActor> text;
-    text->SetInput(labels[i].c_str());
-    text->GetPositionCoordinate()->SetCoordinateSystemToWorld();
-    text->SetPosition(0, 0);
-    text->GetPositionCoordinate()->SetValue(points(i, 0), points(i, 1), points(i, 2));
-    text->GetTextProperty()->SetFontSize(14);
-    text->GetTextProperty()->SetColor(1, 1, 1);
-    text->GetTextProperty()->SetBackgroundColor(0, 0, 0);
-    text->GetTextProperty()->SetBackgroundOpacity(0.55);
-    impl_->Add(name, text);
-  }
+  impl_->Add(name, kerf_scene::BallsProp(points, color, radius_mm));
+  for (std::size_t i = 0; i < labels.size() && i < std::size_t(points.rows()); ++i)
+    impl_->Add(name, kerf_scene::NameProp(labels[i], points.row(i).transpose()));
   Render();
 }
 
@@ -299,24 +176,7 @@ void qKerfSceneView::SetIsoline(const std::string& name, const kerf::SurfaceMesh
                                 const QColor& color) {
   Remove(name);
   if (surface.Empty() || values.size() != static_cast<std::size_t>(surface.points.rows())) return;
-  auto data = kerf::ToVtk(surface);
-  data->GetPointData()->SetScalars(ArrayOf(values));
-  vtkNew<vtkContourFilter> contour;
-  contour->SetInputData(data);
-  contour->SetValue(0, value);
-  contour->ComputeNormalsOff();
-  contour->Update();
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(contour->GetOutput());
-  mapper->ScalarVisibilityOff();
-  mapper->SetResolveCoincidentTopologyToPolygonOffset();
-  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(0, -8);
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  Paint(actor->GetProperty(), color, 1);
-  actor->GetProperty()->SetLineWidth(3);
-  actor->GetProperty()->LightingOff();
-  impl_->Add(name, actor);
+  impl_->Add(name, kerf_scene::IsolineProp(surface, values, value, color));
   Render();
 }
 
