@@ -68,11 +68,18 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
   for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].size_mm /= count[v];
 }
 
-void CutPatch::MarkCore(const std::vector<Index>& tets_of_mesh) {
+std::vector<int> CutPatch::TetsOutOf(const std::vector<Index>& tets_of_mesh) const {
+  std::vector<int> out;
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    if (std::binary_search(tets_of_mesh.begin(), tets_of_mesh.end(), old_tet[tets[t].source]))
+      out.push_back(static_cast<int>(t));
+  return out;
+}
+
+void CutPatch::MarkCore(const std::vector<int>& of_tets) {
   for (Vertex& vertex : vertices) vertex.core = false;
-  for (const Tet& tet : tets)
-    if (std::binary_search(tets_of_mesh.begin(), tets_of_mesh.end(), old_tet[tet.source]))
-      for (int v : tet.v) vertices[v].core = true;
+  for (int t : of_tets)
+    for (int v : tets[t].v) vertices[v].core = true;
 }
 
 void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {

@@ -43,9 +43,10 @@ class CutPatch {
   CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
            const std::vector<char>& inner);
 
-  /// Marks the corners of what these tetrahedra (numbers of the whole mesh, ascending) have become,
-  /// and no others.
-  void MarkCore(const std::vector<Index>& tets_of_mesh);
+  /// What these tetrahedra (numbers of the whole mesh, ascending) have become.
+  std::vector<int> TetsOutOf(const std::vector<Index>& tets_of_mesh) const;
+  /// Marks the corners of these tetrahedra, and no others.
+  void MarkCore(const std::vector<int>& of_tets);
 
   /// Boundary triangles of the organ around an inner vertex.
   void BoundaryFan(int v, std::vector<FanFace>* fan) const;

@@ -12,8 +12,9 @@ namespace {
 constexpr double kOnS = 1e-6;  // of the edge length: lies on S already
 constexpr double kBentShare =
     0.2;  // an edge that starts on S is cut again only this far from its ends
-constexpr double kGrazing = 0.02;         // of the edge length
-constexpr double kTangentAngle_deg = 35;  // boundary faces that S grazes
+constexpr double kGrazing = 0.02;                        // of the edge length
+constexpr std::array<double, 3> kClear{0.3, 0.2, 0.12};  // of the edge length: not on S
+constexpr double kTangentAngle_deg = 35;                 // boundary faces that S grazes
 
 double CosOf(double angle_deg) { return std::cos(angle_deg * M_PI / 180); }
 
@@ -40,6 +41,30 @@ bool TryMove(const Vec3& to, double worst_allowed, const CutPatch& before, CutPa
       return true;
   }
   patch->vertices[v] = old;
+  return false;
+}
+
+/// Moves v away from S, to the side that its boundary faces are on: an open cut that would touch S
+/// in this one vertex ends before it. @return whether it could be moved
+bool MoveOff(const SurfaceIndex& surface, const RemeshingOptions& options, const CutPatch& before,
+             CutPatch* patch, int v) {
+  const double size = patch->vertices[v].size_mm;
+  const SurfaceNear near = surface.Closest(patch->vertices[v].rest, kClear.front() * size);
+  if (near.triangle < 0) return true;
+  std::vector<CutPatch::FanFace> fan;
+  patch->BoundaryFan(v, &fan);
+  double side = 0;
+  for (const CutPatch::FanFace& face : fan)
+    for (int w : face) side += (patch->vertices[w].rest - near.point).dot(near.normal);
+  const BoundarySlide slide(*patch, v, options.slide_tolerance * size);
+  const double worst_allowed = std::max(CosOf(options.keep_angle_deg), patch->WorstCosineAround(v));
+  for (double sign : {side < 0 ? -1.0 : 1.0, side < 0 ? 1.0 : -1.0})
+    for (double distance : kClear) {
+      const Vec3 way = near.point + sign * distance * size * near.normal - patch->vertices[v].rest;
+      Vec3 d = way;
+      if (slide.OnBoundary() && !slide.Toward(way, &d)) continue;
+      if (TryMove(patch->vertices[v].rest + d, worst_allowed, before, patch, v)) return true;
+    }
   return false;
 }
 
@@ -210,6 +235,12 @@ std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutP
 Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
                    const CutPatch& before, CutPatch* patch) {
   MarkVerticesOnS(surface, patch);
+  std::vector<char> off(patch->vertices.size(), 0);
+  for (int v : options.off)
+    if (!patch->vertices[v].frozen && MoveOff(surface, options, before, patch, v)) {
+      off[v] = 1;
+      patch->vertices[v].on = false;
+    }
   const auto near = NearOf(surface, *patch);
   std::vector<Candidate> candidates;
   std::vector<int> candidate_of(patch->vertices.size(), -1);
@@ -237,7 +268,7 @@ Index SnapVertices(const SurfaceIndex& surface, const RemeshingOptions& options,
   Index moved = 0;
   for (const Candidate& c : candidates) {
     auto& vertex = patch->vertices[c.v];
-    if (vertex.frozen || vertex.on) continue;
+    if (vertex.frozen || vertex.on || off[c.v]) continue;
     const bool all_across_on =
         !c.across.empty() &&
         std::all_of(c.across.begin(), c.across.end(), [&](int w) { return patch->vertices[w].on; });
@@ -294,6 +325,24 @@ bool SplitCrossedEdges(const SurfaceIndex& surface, CutPatch* patch) {
   return true;
 }
 
+namespace {
+
+/// Would S cross an edge at v in this place that it does not cross now?
+bool ComesToCross(const SurfaceIndex& surface, const CutPatch& patch, int v, const Vec3& place) {
+  if (patch.vertices[v].on) return false;
+  std::vector<double> hits;
+  for (int w : patch.Neighbors(v)) {
+    if (patch.vertices[w].on) continue;
+    surface.Crossings(place, patch.vertices[w].rest, &hits);
+    if (hits.empty()) continue;
+    surface.Crossings(patch.vertices[v].rest, patch.vertices[w].rest, &hits);
+    if (hits.empty()) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 void ImprovePatch(const SurfaceIndex& surface, const RemeshingOptions& options,
                   const CutPatch& before, CutPatch* patch) {
   const double goal = CosOf(options.goal_angle_deg);
@@ -349,7 +398,8 @@ void ImprovePatch(const SurfaceIndex& surface, const RemeshingOptions& options,
             }
           }
           patch->vertices[v].rest = from;
-          if (best_place != from && TryMove(best_place, best + 1e-9, before, patch, v))
+          if (best_place != from && !ComesToCross(surface, *patch, v, best_place) &&
+              TryMove(best_place, best + 1e-9, before, patch, v))
             improved = true;
         }
       }

@@ -15,6 +15,7 @@ struct RemeshingOptions {
   double keep_angle_deg = 9.0;  ///< snapping must not make angles smaller than this
   double goal_angle_deg = 9.0;  ///< tetrahedra below are improved
   int improvement_rounds = 3;
+  std::vector<int> off;  ///< vertices of the patch that stay clear of S, and are moved if need be
 };
 
 /// Marks vertices that lie on S and moves those near S onto it. Boundary vertices slide on the

@@ -12,6 +12,7 @@ namespace {
 constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 constexpr double kBeyondBorder = 0.15;  // of the face's longest edge
 constexpr double kBesideS = 0.35;
+constexpr double kFront = 1.2;     // mean edges: the crack front is this near to the end of S
 constexpr double kParallel = 0.3;  // cosine
 
 struct OpenFace {
@@ -296,16 +297,16 @@ std::vector<OpenedFace> OpenedFaces(const CutPatch& patch) {
   return faces;
 }
 
-std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
+std::vector<int> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near) {
   for (auto& vertex : near.vertices) vertex.core = true;
   MarkVerticesOnS(surface, &near);
   std::vector<char> work(near.tets.size(), 0);
   for (const auto& face : FacesOnS(surface, near)) work[face.tet[0]] = work[face.tet[1]] = 1;
   for (const CrossedEdge& edge : EdgesCutThrough(surface, near))
     for (int t : near.Around(edge.a, edge.b)) work[t] = 1;
-  std::vector<Index> tets;
+  std::vector<int> tets;
   for (std::size_t t = 0; t < work.size(); ++t)
-    if (work[t]) tets.push_back(near.old_tet[t]);
+    if (work[t]) tets.push_back(static_cast<int>(t));
   return tets;
 }
 
@@ -316,6 +317,7 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     Opening opening(*patch, faces);
     if (opening.duplicated == 0) return report;
     std::vector<char> bad(patch->vertices.size(), 0);
+    const bool all_open = report.closed == 0;
     bool any = false;
     std::vector<CutPatch::FanFace> fan;
     for (int v : opening.touched) {
@@ -323,12 +325,13 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
       if (OneRing(fan)) continue;
       bad[opening.origin[v]] = 1;
       any = true;
+      if (all_open) report.pinched.push_back(opening.origin[v]);
     }
     Pieces pieces(opening.patch);
     const int piece_count = pieces.Count();
     const std::vector<char> chip =
         piece_count > 1 ? Chips(opening.patch, &pieces) : std::vector<char>(patch->tets.size(), 0);
-    bool closed = false;
+    const Index closed_before = report.closed;
     for (OpenFace& face : faces) {
       if (!face.open) continue;
       if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) face.open = false;
@@ -336,9 +339,9 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
         face.open = false;
         any = true;
       }
-      closed |= !face.open;
+      report.closed += !face.open;
     }
-    if (any && !closed)
+    if (any && report.closed == closed_before)
       return report;  // no face left whose closing could mend it: nothing is opened
     if (any) continue;
     for (const OpenFace& face : faces) {
@@ -351,6 +354,11 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
         opened.b[k] = opening.CornerOf(face.tet[1], face.v[k]);
       }
       if (opened.a == opened.b) continue;  // at the front: both sides still have the same corners
+      for (int k = 0; k < 3 && !report.stuck; ++k) {
+        const auto& corner = opening.patch.vertices[opened.a[k]];
+        report.stuck = opened.a[k] == opened.b[k] &&
+                       !surface.BorderWithin(corner.rest, kFront * corner.size_mm);
+      }
       report.faces.push_back(opened);
       report.area_mm2 += face.area_mm2;
       for (int t : face.tet) opening.patch.tets[t].opened |= 1 << CornerOpposite(*patch, t, face.v);

@@ -10,6 +10,9 @@ struct SeparationReport {
   Index duplicated_vertices = 0;
   double area_mm2 = 0;       ///< one side
   bool same_pieces = false;  ///< the patch hangs together as it did before: no piece came off
+  bool stuck = false;        ///< both sides are joined somewhere though S goes on there
+  Index closed = 0;          ///< faces on S that stay closed
+  std::vector<int> pinched;  ///< vertices in which the boundary would touch itself if all opened
 };
 
 /// Opens the patch along its faces on S: vertices are duplicated by the components of their
@@ -22,9 +25,8 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch);
 /// Where a later sheet has moved one side of them a face has no pair and is left out.
 std::vector<OpenedFace> OpenedFaces(const CutPatch& patch);
 
-/// Tetrahedra (in the numbers of the whole mesh, ascending) with an edge that S crosses or a face
-/// on S that is not open: where there is something to cut. @param near a patch of the tetrahedra
-/// near S
-std::vector<Index> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near);
+/// Tetrahedra of the patch, ascending, with an edge that S crosses or a face on S that is not open:
+/// where there is something to cut.
+std::vector<int> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near);
 
 }  // namespace kerf

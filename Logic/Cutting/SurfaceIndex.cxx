@@ -189,6 +189,29 @@ SurfaceNear SurfaceIndex::Closest(const Vec3& p, double max_distance_mm) const {
   return best;
 }
 
+bool SurfaceIndex::BorderWithin(const Vec3& p, double distance_mm) const {
+  if (Empty()) return false;
+  const double reach2 = distance_mm * distance_mm;
+  int stack[64], top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[stack[--top]];
+    if (BoxDistance2(node.low, node.high, p) > reach2) continue;
+    for (int i = node.first; i < node.first + node.count; ++i)
+      for (int k = 0; k < 3; ++k) {
+        if (!triangles_[i].border[k]) continue;
+        const Vec3 a = triangles_[i].x[k], ab = triangles_[i].x[(k + 1) % 3] - a;
+        const double t = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+        if ((a + t * ab - p).squaredNorm() <= reach2) return true;
+      }
+    if (node.left >= 0) {
+      stack[top++] = node.right;
+      stack[top++] = node.left;
+    }
+  }
+  return false;
+}
+
 void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const {
   t->clear();
   if (Empty()) return;

@@ -25,6 +25,8 @@ class SurfaceIndex {
   bool Empty() const { return triangles_.empty(); }
 
   SurfaceNear Closest(const Vec3& p, double max_distance_mm) const;
+  /// Does S end within this distance?
+  bool BorderWithin(const Vec3& p, double distance_mm) const;
   /// Parameters 0 ≤ t ≤ 1 along a–b where S crosses the segment, ascending, equal ones merged.
   void Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const;
   /// Does S come into this box? By boxes and planes of triangles: sometimes yes where it just

@@ -19,7 +19,8 @@ constexpr double kDeformedAngle_deg = 0.6;
 constexpr double kContextEdges =
     5;  // mean edges around what is new in S in which the old S still counts
 constexpr double kSlack = 1e-4;  // mean edges: a face this near to S may count as on it
-constexpr int kRings = 2;  // around the tetrahedra that S crosses: room for snapping and smoothing
+constexpr int kRounds = 3;  // what is cut may leave S to cut through elements that it only entered
+constexpr int kRings = 2;   // around the tetrahedra that S crosses: room for snapping and smoothing
 
 double AngleOf(double cosine) {
   return cosine > 1 ? 0 : std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI;
@@ -86,6 +87,15 @@ std::optional<Attempt> CutAlong(Sheet* sheet, const CutPatch& before, const CutP
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options.snap_fraction;
     Attempt attempt = Try(before, start, sheet->index, remeshing, options.snapping);
+    // Where the boundary would touch itself in a vertex, that vertex is better not on S.
+    for (int v : attempt.separation.pinched)
+      if (v < static_cast<int>(start.vertices.size())) remeshing.off.push_back(v);
+    if (!remeshing.off.empty() && options.snapping) {
+      Attempt clear = Try(before, start, sheet->index, remeshing, true);
+      if (clear.separation.closed < attempt.separation.closed && !clear.given_up &&
+          clear.angle_deg >= required.rest_deg)
+        attempt = std::move(clear);
+    }
     if (attempt.given_up) {
       separates = true;
       continue;
@@ -169,7 +179,8 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     meets = meets || !near.empty();
     if (!near.empty()) {
       const std::vector<char> all_inner(mesh.VertexCount(), 1);
-      sheet.work = TetsToWorkOn(sheet.index, CutPatch(mesh, nullptr, near, all_inner));
+      for (int t : TetsToWorkOn(sheet.index, CutPatch(mesh, nullptr, near, all_inner)))
+        sheet.work.push_back(near[t]);
     }
     for (Index t = 0; t < triangles; ++t) sheet.fresh |= sheet_of[t] == s && is_fresh[t];
     sheets.push_back(std::move(sheet));
@@ -196,31 +207,36 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   CutPatch patch = before;
   std::vector<OpenedFace> opened;
   bool same_pieces = true, any_refused = false;
-  int cut_sheets = 0;
+  int cuts = 0;
   // What is left of old sheets comes last: it may open where a new one has opened more.
   for (bool new_ones : {true, false})
     for (Sheet& sheet : sheets) {
       if (sheet.fresh != new_ones || sheet.work.empty()) continue;
-      patch.MarkCore(sheet.work);
-      std::optional<Attempt> best = CutAlong(&sheet, before, patch, options_, required);
-      any_refused = any_refused || sheet.refused;
-      if (!best) continue;
-      ++cut_sheets;
-      patch = std::move(best->patch);
-      opened = std::move(best->separation.faces);
-      same_pieces = same_pieces && best->separation.same_pieces;
-      out.snapped_vertices += best->snapped;
-      out.duplicated_vertices += best->separation.duplicated_vertices;
-      out.cut_area_mm2 += best->separation.area_mm2;
-      out.smallest_dihedral_deg = best->angle_deg;
+      std::vector<int> core = patch.TetsOutOf(sheet.work);
+      for (int round = 0; round < kRounds && !core.empty(); ++round) {
+        patch.MarkCore(core);
+        std::optional<Attempt> best = CutAlong(&sheet, before, patch, options_, required);
+        any_refused = any_refused || sheet.refused;
+        if (round > 0) sheet.refused = false;  // the most of it is done
+        if (!best) break;
+        ++cuts;
+        patch = std::move(best->patch);
+        opened = std::move(best->separation.faces);
+        same_pieces = same_pieces && best->separation.same_pieces;
+        out.snapped_vertices += best->snapped;
+        out.duplicated_vertices += best->separation.duplicated_vertices;
+        out.cut_area_mm2 += best->separation.area_mm2;
+        out.smallest_dihedral_deg = best->angle_deg;
+        core.clear();
+        if (best->separation.stuck) core = TetsToWorkOn(sheet.index, patch);
+      }
     }
   const char* const badly_shaped = "no remeshing keeps the elements well shaped";
-  if (cut_sheets == 0)
+  if (cuts == 0)
     return refuse(any_refused ? badly_shaped : "the separation surface separates nothing new");
   if (any_refused) out.reason = badly_shaped;
 
-  TopologyChange change =
-      Assemble(mesh, before, patch, cut_sheets > 1 ? OpenedFaces(patch) : opened);
+  TopologyChange change = Assemble(mesh, before, patch, cuts > 1 ? OpenedFaces(patch) : opened);
   out.done = true;
   out.new_vertices = change.mesh.VertexCount() - mesh.VertexCount();
   out.new_tets = change.mesh.TetCount() - mesh.TetCount();

@@ -17,7 +17,7 @@ struct CutOptions {
 
 struct CutReport {
   bool done = false;   ///< false: nothing changed, `reason` says why
-  std::string reason;  ///< with `done`: why some of several sheets of S stayed uncut
+  std::string reason;  ///< with `done`: why some of S stayed uncut
   Index new_vertices = 0, new_tets = 0, snapped_vertices = 0, duplicated_vertices = 0;
   double cut_area_mm2 = 0.0;  ///< new separation faces, one side
   double smallest_dihedral_deg = 0.0;

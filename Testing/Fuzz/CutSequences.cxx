@@ -218,29 +218,38 @@ double ShareBelow(Vec4 values) {
   return share;
 }
 
-/// Is there a piece with more than `small_mm3` of its tissue on both sides of the plane?
-bool Joins(const TetMesh& mesh, const CutPlane& plane, double small_mm3) {
+/// Is there a piece with more than three mean tetrahedra of its tissue on both sides of the plane,
+/// both farther from it than vertices are snapped? @param uncut the mesh before all cuts
+bool Joins(const TetMesh& mesh, const CutPlane& plane, const TetMesh& uncut) {
+  const MeshQuality quality = MeasureQuality(uncut, uncut.rest);
+  const double mean_mm3 = quality.volume_mm3 / uncut.TetCount();
+  const double snapped_mm = 0.3 * std::cbrt(6 * std::sqrt(2.0) * mean_mm3);
+  struct Sides {
+    std::array<double, 2> volume_mm3{}, reach_mm{};
+  };
   const std::vector<int> piece = PieceOfTets(mesh);
-  std::map<int, std::array<double, 2>> sides;
+  std::map<int, Sides> sides;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
     Vec4 ahead;
     for (int k = 0; k < 4; ++k)
       ahead[k] = (mesh.rest.row(mesh.tets(t, k)).transpose() - plane.through).dot(plane.normal);
     const double volume = TetVolume(mesh.rest, mesh.tets, t), below = ShareBelow(ahead);
-    sides[piece[t]][0] += below * volume;
-    sides[piece[t]][1] += (1 - below) * volume;
+    Sides& of = sides[piece[t]];
+    of.volume_mm3[0] += below * volume;
+    of.volume_mm3[1] += (1 - below) * volume;
+    of.reach_mm[0] = std::max(of.reach_mm[0], -ahead.minCoeff());
+    of.reach_mm[1] = std::max(of.reach_mm[1], ahead.maxCoeff());
   }
-  for (const auto& [p, v] : sides)
-    if (std::min(v[0], v[1]) > small_mm3) return true;
+  for (const auto& [number, of] : sides)
+    if (std::min(of.volume_mm3[0], of.volume_mm3[1]) > 3 * mean_mm3 &&
+        std::min(of.reach_mm[0], of.reach_mm[1]) > snapped_mm)
+      return true;
   return false;
 }
 
-}  // namespace
-
-CutSequence MakeCutSequence(unsigned seed) {
-  Random random(seed);
-  CutSequence sequence;
-  sequence.mesh = ZooMesh(random, &sequence.name);
+/// Cuts on the sequence's mesh.
+void AddCuts(Random& random, CutSequence* made) {
+  CutSequence& sequence = *made;
   const int cuts = 1 + random.Int(3);
   CutSurface before;
   before.points.resize(0, 3);
@@ -265,6 +274,24 @@ CutSequence MakeCutSequence(unsigned seed) {
       sequence.positions.row(v) += (d * std::sin(k.dot(x))).transpose() + 0.2 * x.transpose();
     }
   }
+}
+
+}  // namespace
+
+CutSequence MakeCutSequence(unsigned seed) {
+  Random random(seed);
+  CutSequence sequence;
+  sequence.mesh = ZooMesh(random, &sequence.name);
+  AddCuts(random, &sequence);
+  return sequence;
+}
+
+CutSequence MakeCutSequence(unsigned seed, TetMesh mesh, const std::string& name) {
+  Random random(seed);
+  CutSequence sequence;
+  sequence.mesh = std::move(mesh);
+  sequence.name = name;
+  AddCuts(random, &sequence);
   return sequence;
 }
 
@@ -284,7 +311,6 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
 
   TetCutter cutter;
   int components = start.components, first_done = 1 << 30;
-  const double start_tets = mesh.TetCount();
   for (std::size_t i = 0; i < sequence.surfaces.size(); ++i) {
     ++result.increments;
     CutReport report;
@@ -315,7 +341,7 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
     if (report.done) first_done = std::min(first_done, sequence.cut[i]);
     const bool refused = report.reason.find("well shaped") != std::string::npos;
     if (!sequence.completes[i] || refused) continue;
-    const bool joined = Joins(mesh, *sequence.completes[i], 3 * start.volume_mm3 / start_tets);
+    const bool joined = Joins(mesh, *sequence.completes[i], sequence.mesh);
     const bool across = first_done < sequence.cut[i];
     ++result.complete;
     result.missed_separations += joined;

@@ -22,6 +22,8 @@ struct CutSequence {
   std::string name;
 };
 CutSequence MakeCutSequence(unsigned seed);
+/// The same on a mesh of one's own.
+CutSequence MakeCutSequence(unsigned seed, TetMesh mesh, const std::string& name);
 
 struct CutSequenceResult {
   int increments = 0, done = 0, refused = 0;
