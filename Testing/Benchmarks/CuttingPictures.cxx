@@ -32,6 +32,7 @@ constexpr double kBeyond_mm = 150;  // outside the organ on every side
 constexpr double kGap_mm = 5, kSlope = 0.22;
 constexpr double kBeside_mm = 3;
 constexpr int kRounds = 8;
+constexpr int kNoRendering = 77;  // exit status: nothing can be drawn here
 
 /// Axes of the organ: 0 the longest, 2 the shortest.
 struct OrganAxes {
@@ -133,8 +134,9 @@ void Add(vtkRenderer* renderer, const SurfaceMesh& surface, const Vec3& colour, 
   renderer->AddActor(actor);
 }
 
-void Picture(const TetMesh& organ, const SurfaceMesh& internal, const std::vector<Knife>& knives,
-             const std::string& path) {
+/// False where the cuts do not give `pieces` or the picture is not written.
+bool Picture(const TetMesh& organ, const SurfaceMesh& internal, const std::vector<Knife>& knives,
+             int pieces, const std::string& path) {
   const OrganAxes axes(organ.rest);
   TetMesh mesh = organ;
   Structure calyces{"internal", internal, EmbedPoints(organ, internal.points)};
@@ -184,23 +186,25 @@ void Picture(const TetMesh& organ, const SurfaceMesh& internal, const std::vecto
   writer->SetFileName(path.c_str());
   writer->SetInputConnection(image->GetOutputPort());
   writer->Write();
+  return quality.components == pieces && writer->GetErrorCode() == 0;
 }
 
 int Run(const std::string& root, const std::string& folder) {
   std::string why;
   if (!RenderingAvailable(&why)) {
     std::fprintf(stderr, "%s\n", why.c_str());
-    return 1;
+    return kNoRendering;
   }
   const TetMesh organ = ReadTetMesh(root + "/organ.vtu");
   const SurfaceMesh internal = ReadSurface(root + "/internal.vtp");
   const double all = kBeyond_mm;
-  Picture(organ, internal, {{4, 0, -all, 0}}, folder + "/cut-half.png");
-  Picture(organ, internal, {{4, all, -all, 0}}, folder + "/cut-full.png");
-  Picture(organ, internal, {{-16, all, -all, 0}, {-8, all, -all, 0.15}}, folder + "/cut-twice.png");
-  Picture(organ, internal, {{4, all, 0, 0}}, folder + "/cut-depth.png");
+  bool good = Picture(organ, internal, {{4, 0, -all, 0}}, 1, folder + "/cut-half.png");
+  good &= Picture(organ, internal, {{4, all, -all, 0}}, 2, folder + "/cut-full.png");
+  good &= Picture(organ, internal, {{-16, all, -all, 0}, {-8, all, -all, 0.15}}, 3,
+                  folder + "/cut-twice.png");
+  good &= Picture(organ, internal, {{4, all, 0, 0}}, 1, folder + "/cut-depth.png");
   EndVirtualDisplay();
-  return 0;
+  return good ? 0 : 1;
 }
 
 }  // namespace

@@ -1,9 +1,23 @@
 // Random cut sequences: kerf-cut-fuzz [first seed] [count]. Prints each sequence that breaks a
-// guarantee or where a complete cut leaves tissue joined; status 1 if any.
+// guarantee or where a complete cut leaves tissue joined, as the body of a test
+// of its smallest failing part; status 1 if any.
 #include <cstdio>
 #include <cstdlib>
 
 #include "Fuzz/CutSequences.h"
+#include "Fuzz/ShrinkSequence.h"
+
+namespace {
+
+/// A test of the smallest part of the sequence that fails in the same way.
+std::string SmallestTest(unsigned seed, const kerf::testing::CutSequence& sequence, bool broken) {
+  return WriteTest(seed, kerf::testing::Shrink(sequence, [broken](const auto& part) {
+                     const auto result = kerf::testing::RunCutSequence(part);
+                     return broken ? !result.failure.empty() : result.missed_separations > 0;
+                   }));
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   const unsigned first = argc > 1 ? unsigned(std::atoi(argv[1])) : 0;
@@ -23,6 +37,8 @@ int main(int argc, char** argv) {
     missed_across += result.missed_across;
     angle = std::min(angle, result.smallest_dihedral_deg);
     deformed = std::min(deformed, result.smallest_deformed_deg);
+    if (!result.failure.empty() || result.missed_separations > 0)
+      std::printf("%s", SmallestTest(seed, sequence, !result.failure.empty()).c_str());
     if (!result.failure.empty()) {
       ++broken;
       std::printf("seed %u (%s): %s\n", seed, sequence.name.c_str(), result.failure.c_str());

@@ -136,7 +136,7 @@ TEST_P(CutOrgans, SurfaceOfTheMeshsOwnFaces) {
 INSTANTIATE_TEST_SUITE_P(
     Organs, CutOrgans,
     ::testing::Values(Organ{"phantom", PhantomKidney},
-                      Organ{"file", [] { return ReadTetMesh(KERF_CUTTING_DATA "/kidney.vtu"); }}),
+                      Organ{"file", [] { return ReadTetMesh(KERF_CUTTING_DATA "/organ.vtu"); }}),
     [](const auto& info) { return info.param.name; });
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "Fuzz/CutSequences.h"
+#include "Fuzz/ShrinkSequence.h"
 
 namespace kerf::testing {
 namespace {
@@ -20,6 +21,36 @@ TEST_P(CutSequences, KeepEveryGuarantee) {
   }
   EXPECT_GT(done, 30);
   EXPECT_LT(refused, 0.05 * done);  // coarse meshes, tight bends
+}
+
+/// The shrinker finds the one triangle in one increment that a made-up fault depends on.
+TEST(ShrinkSequence, KeepsOnlyWhatFails) {
+  constexpr unsigned kSeed = 4;
+  const CutSequence sequence = MakeCutSequence(kSeed);
+  std::size_t guilty = 0;
+  while (sequence.completes[guilty]) ++guilty;
+  const CutSurface& surface = sequence.surfaces[guilty];
+  const auto corners = [](const CutSurface& s, Index t) {
+    Eigen::Matrix<double, 3, 3> x;
+    for (int k = 0; k < 3; ++k) x.row(k) = s.points.row(s.triangles(t, k));
+    return x;
+  };
+  const auto wanted = corners(surface, static_cast<Index>(surface.triangles.rows()) / 3);
+  const auto shrunk = Shrink(sequence, [&](const CutSequence& part) {
+    for (const CutSurface& s : part.surfaces)
+      for (Index t = 0; t < s.triangles.rows(); ++t)
+        if (corners(s, t) == wanted) return true;
+    return false;
+  });
+  ASSERT_EQ(shrunk.kept.size(), 1u);
+  const CutSequence again = Kept(MakeCutSequence(kSeed), shrunk.kept, shrunk.deformed);
+  ASSERT_EQ(again.surfaces.size(), 1u);
+  EXPECT_EQ(again.positions.rows(), 0);
+  if (!again.completes[0]) {
+    ASSERT_EQ(again.surfaces[0].triangles.rows(), 1);
+    EXPECT_EQ(corners(again.surfaces[0], 0), wanted);
+  }
+  EXPECT_NE(WriteTest(kSeed, shrunk).find("MakeCutSequence(4)"), std::string::npos);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, CutSequences, ::testing::Range(0u, 6u));
