@@ -8,79 +8,15 @@
 #include "Adapters/Itk/Drift.h"
 #include "Adapters/Itk/Parts.h"
 #include "Adapters/Itk/RandomWalker.h"
-#include "Adapters/Itk/Statistics.h"
 #include "Adapters/Itk/WorkingGrid.h"
 #include "Core/Errors.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kFatHu = -90;    // what surrounds abdominal organs
-constexpr double kMuscleHu = 60;  // and what they touch, at its brightest without contrast
+constexpr double kFatHu = -90;  // what surrounds abdominal organs
 constexpr double kLargestFineGrid = 12e6;
-
-Eigen::Vector3i NearestIndex(const GridGeometry& grid, const Vec3& point_mm) {
-  const Vec3 index = grid.IndexFromWorld(point_mm);
-  Eigen::Vector3i out;
-  for (int a = 0; a < 3; ++a) out[a] = std::clamp(int(std::lround(index[a])), 0, grid.size[a] - 1);
-  return out;
-}
-
-std::vector<float> BallValues(const ScalarField& image, const Vec3& center_mm, double radius_mm,
-                              const Mask* within) {
-  const auto& grid = image.grid;
-  const Eigen::Vector3i center = NearestIndex(grid, center_mm);
-  Eigen::Vector3i reach;
-  for (int a = 0; a < 3; ++a) reach[a] = int(radius_mm / grid.spacing_mm[a]);
-  std::vector<float> values;
-  for (int k = -reach[2]; k <= reach[2]; ++k)
-    for (int j = -reach[1]; j <= reach[1]; ++j)
-      for (int i = -reach[0]; i <= reach[0]; ++i) {
-        const Vec3 offset = Vec3(i, j, k).cwiseProduct(grid.spacing_mm);
-        const Eigen::Vector3i at = center + Eigen::Vector3i(i, j, k);
-        if (offset.norm() > radius_mm || at.minCoeff() < 0 || (grid.size - at).minCoeff() <= 0)
-          continue;
-        const std::size_t o = grid.Offset(at[0], at[1], at[2]);
-        if (!within || within->values[o]) values.push_back(image.values[o]);
-      }
-  return values;
-}
-
-void FillSame(const ScalarField& image, const Tissue& tissue, Mask* mask) {
-  for (std::size_t i = 0; i < image.values.size(); ++i)
-    mask->values[i] = image.values[i] > tissue.low_hu && image.values[i] < tissue.high_hu;
-}
-
-/// Robust mean around the seeds, first small, then over the tissue alike within 25 mm.
-Tissue Learn(const ScalarField& image, const OrganKnowledge& knowledge,
-             const std::vector<Vec3>& seeds, const std::string& source) {
-  std::vector<float> first;
-  for (const Vec3& seed : seeds)
-    for (const float v : BallValues(image, seed, 6, nullptr)) first.push_back(v);
-  Tissue tissue;
-  tissue.mean_hu = Median(first);
-  if (tissue.mean_hu < knowledge.seed_hu[0] || tissue.mean_hu > knowledge.seed_hu[1])
-    throw InputError(
-        source, "organ seed",
-        fmt::format("lies in tissue of {:.0f} HU; {} parenchyma has {:.0f} to {:.0f}",
-                    tissue.mean_hu, knowledge.name, knowledge.seed_hu[0], knowledge.seed_hu[1]));
-  Mask same(image.grid, 0);
-  for (int round = 0; round < 3; ++round) {
-    const double noise = Spread(first, tissue.mean_hu);
-    // An enhanced organ stands out from everything by more than the noise: allow as much.
-    const double enhanced = 0.35 * (tissue.mean_hu - kMuscleHu);
-    tissue.low_hu = tissue.mean_hu - std::max({knowledge.window_hu[0], 3 * noise, enhanced});
-    tissue.high_hu = tissue.mean_hu + std::max({knowledge.window_hu[1], 3 * noise, enhanced});
-    FillSame(image, tissue, &same);
-    std::vector<float> wide;
-    for (const Vec3& seed : seeds)
-      for (const float v : BallValues(image, seed, 25, &same)) wide.push_back(v);
-    if (wide.size() < 20) break;
-    tissue.mean_hu = Median(wide);
-    first = std::move(wide);
-  }
-  return tissue;
-}
+constexpr double kThin = 0.4;  // of the half-thickness: a slender organ is not thin
 
 /// Part at the seed; the nearest one where the seed sits in a gap of noise.
 int PartAt(const Field<std::int32_t>& part, const Vec3& seed_mm) {
@@ -111,6 +47,14 @@ bool IsOther(float hu, const Tissue& tissue) {
   return hu < boundary - 25 || hu > tissue.high_hu + 90;
 }
 
+/// Largest distance to the body's boundary.
+double HalfThickness_mm(const Mask& body, const ScalarField& depth_mm) {
+  double most = 0;
+  for (std::size_t i = 0; i < body.values.size(); ++i)
+    if (body.values[i]) most = std::max(most, double(depth_mm.values[i]));
+  return most;
+}
+
 /// Tubes and sheets have no neck: what is thinner than 2·thin_mm and leads away from the organ
 /// goes.
 Mask WithoutThin(const Mask& body, double thin_mm) {
@@ -138,11 +82,17 @@ Mask ChestWall(const ScalarField& image, const Tissue& tissue, double gap_mm) {
   return Close(bones, 0.5 * gap_mm);
 }
 
-Mask CoarseOrgan(const ScalarField& image, const Mask& wall, const Tissue& tissue,
-                 const OrganKnowledge& knowledge, const std::vector<Vec3>& seeds,
-                 const std::vector<Vec3>& background, Progress& progress) {
-  Mask same(image.grid, 0);
-  FillSame(image, tissue, &same);
+/// Tissue alike, divided at its necks.
+struct Divided {
+  ScalarField depth_mm;
+  Field<std::int32_t> part;
+  Mask own;  ///< the parts at the seeds
+};
+
+Divided Divide(const ScalarField& image, const Mask& wall, const Tissue& tissue,
+               const OrganKnowledge& knowledge, const std::vector<Vec3>& seeds,
+               const std::vector<Vec3>& background) {
+  Mask same = Alike(image, tissue);
   const Mask closed = Close(same, knowledge.closing_mm);
   for (std::size_t i = 0; i < same.values.size(); ++i)
     if (closed.values[i] && image.values[i] > tissue.low_hu - 30 &&
@@ -158,20 +108,36 @@ Mask CoarseOrgan(const ScalarField& image, const Mask& wall, const Tissue& tissu
     }
   for (std::size_t i = 0; i < same.values.size(); ++i)
     if (wall.values[i]) same.values[i] = 0;
-  progress.ThrowIfCancelled();
-  progress.Report(0.3, "dividing at necks");
-
-  const ScalarField depth = SignedDistance_mm(same);
-  const auto part = DivideAtNecks(depth, knowledge.neck_ratio, 0.2 * image.grid.spacing_mm[0]);
+  Divided divided;
+  divided.depth_mm = SignedDistance_mm(same);
+  divided.part =
+      DivideAtNecks(divided.depth_mm, knowledge.neck_ratio, 0.2 * image.grid.spacing_mm[0]);
   std::vector<int> own;
-  for (const Vec3& seed : seeds) own.push_back(PartAt(part, seed));
-  Mask core(image.grid, 0);
-  for (std::size_t i = 0; i < core.values.size(); ++i)
-    core.values[i] =
-        part.values[i] >= 0 && std::find(own.begin(), own.end(), part.values[i]) != own.end();
+  for (const Vec3& seed : seeds) own.push_back(PartAt(divided.part, seed));
+  divided.own = Mask(image.grid, 0);
+  for (std::size_t i = 0; i < same.values.size(); ++i) {
+    const int part = divided.part.values[i];
+    divided.own.values[i] = part >= 0 && std::find(own.begin(), own.end(), part) != own.end();
+  }
+  return divided;
+}
+
+/// @param tissue learned around the seeds; comes back as learned from what was found
+Mask CoarseOrgan(const ScalarField& image, const Mask& wall, const OrganKnowledge& knowledge,
+                 const std::vector<Vec3>& seeds, const std::vector<Vec3>& background,
+                 Tissue* tissue, Progress& progress) {
+  progress.Report(0.1, "dividing at necks");
+  Divided divided = Divide(image, wall, *tissue, knowledge, seeds, background);
+  for (int round = 0; round < 3; ++round) {
+    progress.ThrowIfCancelled();
+    if (!LearnTissueAgain(image, divided.own, knowledge, tissue)) break;
+    divided = Divide(image, wall, *tissue, knowledge, seeds, background);
+  }
+  const auto& [depth, part, own] = divided;
+  Mask core = own;
   if (Count(core) == 0) return core;
   progress.ThrowIfCancelled();
-  core = WithoutThin(core, knowledge.thin_mm);
+  core = WithoutThin(core, std::min(knowledge.thin_mm, kThin * HalfThickness_mm(core, depth)));
 
   const ScalarField core_depth = SignedDistance_mm(core);
   Mask markers(image.grid, 0);
@@ -181,7 +147,7 @@ Mask CoarseOrgan(const ScalarField& image, const Mask& wall, const Tissue& tissu
     if (core.values[i] && core_depth.values[i] >= spacing)
       markers.values[i] = 2;
     else if (wall.values[i] || (other_part && depth.values[i] > 0.75 * spacing) ||
-             core_depth.values[i] < -4 * spacing || IsOther(image.values[i], tissue))
+             core_depth.values[i] < -4 * spacing || IsOther(image.values[i], *tissue))
       markers.values[i] = 1;
   }
   SubProgress walking(progress, 0.5, 1);
@@ -258,7 +224,7 @@ OrganRegion FindOrgan(const Volume& ct, const OrganKnowledge& knowledge,
   ScalarField image = Denoise(raw, 15, denoising);
 
   OrganRegion region;
-  region.tissue = Learn(image, knowledge, organ, seeds_source);
+  region.tissue = LearnTissue(image, knowledge, organ, seeds_source);
   SubProgress following(coarse_part, 0.3, 0.4), dividing(coarse_part, 0.4, 1);
   region.drift_hu = knowledge.follow_drift
                         ? BrightnessDrift_hu(image, region.tissue, organ, following)
@@ -268,15 +234,30 @@ OrganRegion FindOrgan(const Volume& ct, const OrganKnowledge& knowledge,
   const Mask wall = knowledge.rib_gap_mm > 0 ? ChestWall(raw, region.tissue, knowledge.rib_gap_mm)
                                              : Mask(grid, 0);
   const Mask coarse =
-      CoarseOrgan(image, wall, region.tissue, knowledge, organ, background, dividing);
+      CoarseOrgan(image, wall, knowledge, organ, background, &region.tissue, dividing);
   if (Count(coarse) == 0)
     throw InputError(
         seeds_source, "organ seed",
         fmt::format("no connected tissue of {:.0f} HU around it", region.tissue.mean_hu));
+  region.alike = Alike(image, region.tissue);
+  for (std::size_t i = 0; i < wall.values.size(); ++i)
+    if (wall.values[i]) region.alike.values[i] = 0;
   region.mask = Refine(ct, coarse, region.tissue, knowledge, fine_part);
   if (Count(region.mask) == 0)
     throw InputError(seeds_source, "organ seed", "no organ boundary was found around it");
   return region;
+}
+
+double OpenShare(const Mask& organ, const Mask& alike) {
+  constexpr double kFrom_mm = 3, kTo_mm = 5;  // beyond what partial volumes blur
+  const ScalarField inside = Resample(SignedDistance_mm(organ), alike.grid, -1e3f);
+  std::size_t around = 0, open = 0;
+  for (std::size_t i = 0; i < inside.values.size(); ++i) {
+    if (inside.values[i] > -kFrom_mm || inside.values[i] < -kTo_mm) continue;
+    ++around;
+    open += alike.values[i];
+  }
+  return around == 0 ? 0 : double(open) / double(around);
 }
 
 }  // namespace kerf

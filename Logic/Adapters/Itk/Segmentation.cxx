@@ -12,6 +12,9 @@
 namespace kerf {
 namespace {
 
+/// An organ touches neighbours that are as bright with less of its surface than this.
+constexpr double kOpenSurface = 0.1;
+
 std::vector<Vec3> PointsOf(const std::vector<Seed>& seeds, SeedKind kind) {
   std::vector<Vec3> points;
   for (const Seed& seed : seeds)
@@ -34,8 +37,9 @@ bool TouchesBorder(const Mask& organ, const GridGeometry& ct) {
 }
 
 /// The checks that a person would make, in numbers and sentences.
-void Check(const Volume& ct, const OrganKnowledge& knowledge, const Tissue& tissue,
-           const Mask& organ, const InnerStructures& inner, SegmentationReport* report) {
+void Check(const Volume& ct, const OrganKnowledge& knowledge, const OrganRegion& region,
+           const InnerStructures& inner, SegmentationReport* report) {
+  const Mask& organ = region.mask;
   report->preset = knowledge.name;
   report->organ_ml = Volume_ml(organ);
   report->tumour_ml = Volume_ml(inner.tumour);
@@ -50,13 +54,14 @@ void Check(const Volume& ct, const OrganKnowledge& knowledge, const Tissue& tiss
           parenchyma.push_back((*ct.voxels)[ct.grid.Offset(int(std::lround(first[0])) + i,
                                                            int(std::lround(first[1])) + j,
                                                            int(std::lround(first[2])) + k)]);
-  report->organ_mean_hu = parenchyma.empty() ? tissue.mean_hu : Median(parenchyma);
+  report->organ_mean_hu = parenchyma.empty() ? region.tissue.mean_hu : Median(parenchyma);
   report->organ_sd_hu = parenchyma.empty() ? 0 : Spread(parenchyma, report->organ_mean_hu);
   std::vector<std::size_t> sizes;
   Components(organ, &sizes);
   report->components = static_cast<int>(sizes.size());
   FillHoles(organ, &report->holes);
   report->touches_border = TouchesBorder(organ, ct.grid);
+  report->open_surface = OpenShare(organ, region.alike);
 
   auto& warnings = report->warnings;
   if (report->organ_ml < knowledge.volume_ml[0] || report->organ_ml > knowledge.volume_ml[1]) {
@@ -68,6 +73,12 @@ void Check(const Volume& ct, const OrganKnowledge& knowledge, const Tissue& tiss
             ? "it may have leaked into a neighbour; add background seeds"
             : "part of it may be missing; add organ seeds"));
   }
+  if (report->open_surface > kOpenSurface)
+    warnings.push_back(fmt::format(
+        "outside {:.0f} % of the {}'s surface lies tissue of its own brightness, so that no edge "
+        "ends "
+        "it there: look whether a part is missing (add organ seeds) or a neighbour is as bright",
+        100 * report->open_surface, knowledge.name));
   if (report->touches_border)
     warnings.push_back("the organ reaches the volume's border: it is cut off there");
   if (report->components != 1)
@@ -113,7 +124,7 @@ LabelMap Segment(const Volume& ct, const OrganKnowledge& knowledge,
   SegmentationReport own;
   SegmentationReport& filled = report ? *report : own;
   filled = SegmentationReport();
-  Check(ct, knowledge, region.tissue, region.mask, inner, &filled);
+  Check(ct, knowledge, region, inner, &filled);
   if (filled.tumour_ml > 0 && PointsOf(request.seeds, SeedKind::Tumour).empty())
     filled.warnings.push_back(fmt::format(
         "{:.1f} ml darker than the parenchyma were taken as tumour; check them", filled.tumour_ml));

@@ -30,6 +30,9 @@ struct SegmentationReport {
   double organ_mean_hu = 0, organ_sd_hu = 0;  ///< of the parenchyma
   int components = 0;  ///< of labels 1 + 2 + 3, 1 when all is well (a separate tumour seed may add)
   int holes = 0;       ///< enclosed background components left, 0 when all is well
+  /// Share of the surface outside which tissue of the organ's own brightness lies: nothing is seen
+  /// that ends the organ there.
+  double open_surface = 0;
   bool touches_border = false;  ///< the organ is cut off by the volume's edge
   bool plausible = true;        ///< volume within the preset's range and no leak suspected
 };

@@ -136,6 +136,13 @@ void Paste(const Mask& crop, const GridGeometry& ct, std::uint8_t value,
         if (crop.values[at]) (*voxels)[ct.Offset(i0 + i, j0 + j, k0 + k)] = value;
 }
 
+Eigen::Vector3i NearestIndex(const GridGeometry& grid, const Vec3& point_mm) {
+  const Vec3 index = grid.IndexFromWorld(point_mm);
+  Eigen::Vector3i out;
+  for (int a = 0; a < 3; ++a) out[a] = std::clamp(int(std::lround(index[a])), 0, grid.size[a] - 1);
+  return out;
+}
+
 bool BoundingBox(const Mask& mask, double margin_mm, Eigen::Vector3i* low, Eigen::Vector3i* high) {
   *low = mask.grid.size;
   *high = Eigen::Vector3i::Constant(-1);

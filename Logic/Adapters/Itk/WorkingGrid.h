@@ -28,6 +28,9 @@ ScalarField Resample(const ScalarField& field, const GridGeometry& grid, float o
 void Paste(const Mask& crop, const GridGeometry& ct, std::uint8_t value,
            std::vector<std::uint8_t>* voxels);
 
+/// Voxel nearest to a point, LPS mm; at the border where the point lies outside.
+Eigen::Vector3i NearestIndex(const GridGeometry& grid, const Vec3& point_mm);
+
 /// Index box of the set voxels, grown by margin_mm. False when none is set.
 bool BoundingBox(const Mask& mask, double margin_mm, Eigen::Vector3i* low, Eigen::Vector3i* high);
 

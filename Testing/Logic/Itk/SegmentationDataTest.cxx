@@ -26,12 +26,15 @@ TEST_P(StudyCt, IsSegmentedWithoutASeed) {
   const std::string folder = testing::CasesFolder() + "/" + GetParam();
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << " (KERF_CASES)";
   Progress silent;
-  const LabelMap found = SegmentStudyCt(ReadVolume(folder + "/ct.nii.gz"), silent);
+  SegmentationReport report;
+  const LabelMap found = SegmentStudyCt(ReadVolume(folder + "/ct.nii.gz"), silent, &report);
   const LabelMap truth = ReadLabelMap(folder + "/labels.nii.gz");
   const double organ = OrganDice(*found.voxels, *truth.voxels),
                tumour = LabelDice(*found.voxels, *truth.voxels, 2),
                internal = LabelDice(*found.voxels, *truth.voxels, 3);
-  printf("%s: organ %.3f tumour %.3f internal %.3f\n", GetParam(), organ, tumour, internal);
+  printf("%s: organ %.3f tumour %.3f internal %.3f, %.1f %% open\n", GetParam(), organ, tumour,
+         internal, 100 * report.open_surface);
+  EXPECT_LT(report.open_surface, 0.1);
   EXPECT_GE(organ, 0.97);
   EXPECT_GE(tumour, 0.85);
   EXPECT_GE(internal, 0.85);
@@ -119,8 +122,10 @@ TEST_P(RealCt, IsSegmentedFromMostSeedsWellInside) {
     } catch (const InputError& error) {
       printf("%s\n", error.what());
     }
-    printf("%s from (%.0f, %.0f, %.0f): %.3f, %.0f ml%s\n", GetParam().name, seed[0], seed[1],
-           seed[2], dice, report.organ_ml, report.plausible ? "" : ", warned of");
+    printf("%s from (%.0f, %.0f, %.0f): %.3f, %.0f ml, %.1f %% open, warnings:", GetParam().name,
+           seed[0], seed[1], seed[2], dice, report.organ_ml, 100 * report.open_surface);
+    for (const std::string& warning : report.warnings) printf(" %s;", warning.c_str());
+    printf("\n");
     all.push_back(dice);
   }
   std::sort(all.begin(), all.end());
