@@ -199,12 +199,12 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     return unchanged;
   }
   const ChosenTets chosen = WithRings(mesh, work, kRings);
-  const CutPatch before(mesh, positions, chosen.tets, chosen.inner);
+  CutPatch before(mesh, positions, chosen.tets, chosen.inner);
   const Angles at_first = SmallestAngles(before, [](const auto&) { return true; });
   const Angles required{std::min(options_.min_dihedral_deg, at_first.rest_deg),
                         std::min(kDeformedAngle_deg, 0.5 * at_first.current_deg)};
 
-  CutPatch patch = before;
+  std::optional<CutPatch> cut;  // what has become of it
   std::vector<OpenedFace> opened;
   bool same_pieces = true, any_refused = false;
   int cuts = 0;
@@ -212,15 +212,16 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   for (bool new_ones : {true, false})
     for (Sheet& sheet : sheets) {
       if (sheet.fresh != new_ones || sheet.work.empty()) continue;
-      std::vector<int> core = patch.TetsOutOf(sheet.work);
+      std::vector<int> core = (cut ? *cut : before).TetsOutOf(sheet.work);
       for (int round = 0; round < kRounds && !core.empty(); ++round) {
+        CutPatch& patch = cut ? *cut : before;
         patch.MarkCore(core);
         std::optional<Attempt> best = CutAlong(&sheet, before, patch, options_, required);
         any_refused = any_refused || sheet.refused;
         if (round > 0) sheet.refused = false;  // the most of it is done
         if (!best) break;
         ++cuts;
-        patch = std::move(best->patch);
+        cut = std::move(best->patch);
         opened = std::move(best->separation.faces);
         same_pieces = same_pieces && best->separation.same_pieces;
         out.snapped_vertices += best->snapped;
@@ -228,7 +229,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
         out.cut_area_mm2 += best->separation.area_mm2;
         out.smallest_dihedral_deg = best->angle_deg;
         core.clear();
-        if (best->separation.stuck) core = TetsToWorkOn(sheet.index, patch);
+        if (best->separation.stuck) core = TetsToWorkOn(sheet.index, *cut);
       }
     }
   const char* const badly_shaped = "no remeshing keeps the elements well shaped";
@@ -236,7 +237,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     return refuse(any_refused ? badly_shaped : "the separation surface separates nothing new");
   if (any_refused) out.reason = badly_shaped;
 
-  TopologyChange change = Assemble(mesh, before, patch, cuts > 1 ? OpenedFaces(patch) : opened);
+  TopologyChange change = Assemble(mesh, before, *cut, cuts > 1 ? OpenedFaces(*cut) : opened);
   out.done = true;
   out.new_vertices = change.mesh.VertexCount() - mesh.VertexCount();
   out.new_tets = change.mesh.TetCount() - mesh.TetCount();
