@@ -8,6 +8,7 @@
 #include "Core/Errors.h"
 #include "Core/Features.h"
 #include "Registration/OrganMask.h"
+#include "Registration/OutlinePose.h"
 
 namespace kerf {
 namespace {
@@ -16,24 +17,9 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegreesPerPixel = 0.35;
 constexpr double kFillsImage =
     0.55;  // share of the width that the organ takes where no pose is known
-constexpr int kReach_px = 40;
-constexpr int kContourSteps = 15;
+/// What the outline alone leaves open stays near where the surgeon has it.
+constexpr double kFreely_deg = 10.0, kFreely_mm = 20.0;
 constexpr std::size_t kHistory = 200;
-
-/// Rigid motion that takes p to q in the least squares sense with weights w.
-Eigen::Isometry3d RigidFit(const Points& p, const Points& q, const Eigen::VectorXd& w) {
-  const double sum = w.sum();
-  const Vec3 cp = (w.transpose() * p).transpose() / sum, cq = (w.transpose() * q).transpose() / sum;
-  const Mat3 h =
-      (p.rowwise() - cp.transpose()).transpose() * w.asDiagonal() * (q.rowwise() - cq.transpose());
-  const Eigen::JacobiSVD<Mat3> svd(h, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 flip = Mat3::Identity();
-  flip(2, 2) = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-  out.linear() = svd.matrixV() * flip * svd.matrixU().transpose();
-  out.translation() = cq - out.linear() * cp;
-  return out;
-}
 
 }  // namespace
 
@@ -43,7 +29,6 @@ ExposureRegistration::ExposureRegistration(const CameraModel& intrinsics, const 
     : camera_(intrinsics),
       mesh_(mesh),
       organ_(BoundarySurface(mesh, mesh.rest)),
-      boundary_(MakeBoundaryTopology(mesh, Points(0, 3))),
       given_(given) {
   center_ = organ_.points.colwise().mean().transpose();
   for (const MarkupPoint& point : landmarks)
@@ -228,25 +213,19 @@ double ExposureRegistration::ContourFit(const Frame& frame) const {
 
 double ExposureRegistration::RefineByContour(const Frame& frame) {
   Remember("contour");
-  double best = ContourFit(frame);
-  Eigen::Isometry3d best_pose = camera_.camera_from_world;
-  for (int step = 0; step < kContourSteps; ++step) {
-    const Image model = ProjectedMask(organ_, camera_);
-    const SilhouetteTargets found =
-        FindSilhouette(boundary_, mesh_, mesh_.rest, camera_, model, Seen(frame, model), kReach_px);
-    if (found.at.Size() < 12 || !(found.confidence.sum() > 0)) break;
-    const Points now = found.at.Positions(mesh_.rest, mesh_.tets);
-    const Eigen::Isometry3d motion = RigidFit(now, found.targets, found.confidence);
-    camera_.camera_from_world = camera_.camera_from_world * motion;
-    const double fit = ContourFit(frame);
-    if (fit > best) {
-      best = fit;
-      best_pose = camera_.camera_from_world;
-    }
-    if (motion.translation().norm() < 1e-3) break;
-  }
-  camera_.camera_from_world = best_pose;
-  return best;
+  const double before = ContourFit(frame);
+  const Eigen::Isometry3d pose = camera_.camera_from_world;
+  OutlinePoseOptions options;
+  options.turn_deg = kFreely_deg;
+  options.shift_mm = kFreely_mm;
+  camera_.camera_from_world =
+      FitPoseToOutline(
+          mesh_, camera_, [&](const Image& model) { return Seen(frame, model); }, options)
+          .camera_from_world;
+  const double after = ContourFit(frame);
+  if (after >= before) return after;
+  camera_.camera_from_world = pose;
+  return before;
 }
 
 JournalData ExposureRegistration::Description() const {

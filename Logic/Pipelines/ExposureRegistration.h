@@ -9,7 +9,7 @@
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Camera.h"
 #include "Core/Frame.h"
-#include "Registration/Silhouette.h"
+#include "Core/TetMesh.h"
 
 namespace kerf {
 
@@ -79,7 +79,6 @@ class ExposureRegistration {
   CameraModel camera_;
   TetMesh mesh_;
   SurfaceMesh organ_;
-  BoundaryTopology boundary_;
   Vec3 center_ = Vec3::Zero();
   std::optional<Eigen::Isometry3d> given_;
   std::vector<ExposureLandmark> landmarks_;

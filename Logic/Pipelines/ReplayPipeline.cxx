@@ -27,6 +27,7 @@
 #include "Pipelines/ResultsWriter.h"
 #include "Pipelines/SessionFolder.h"
 #include "Pipelines/SessionReplay.h"
+#include "Registration/OutlinePose.h"
 #include "Session/RegistrationSession.h"
 #include "Session/TableTracker.h"
 
@@ -139,6 +140,52 @@ CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Prog
   accepted->push_back({"outlier_ids", left_out});
   camera.camera_from_world = result.camera.camera_from_world;
   return camera;
+}
+
+/// Where the first picture shows the organ's outline elsewhere than the given pose has it, the pose
+/// follows the outline. A pose that agrees with it is not touched: it is better than the outline
+/// can say.
+void RefineByOutline(const std::string& video, const TetMesh& mesh, Progress& progress,
+                     CameraModel* camera, JournalData* accepted) {
+  constexpr double kAgrees_px = 2.0, kFar_px = 8.0;
+  constexpr double kExplained = 0.75;  // what is left of the distance, at most
+  constexpr double kLikely = 2.0;      // standard deviations
+  const auto first = OpenVideo(video)->Next();
+  if (!first || !first->image) return;
+  const auto segmenter = MakeVideoOrganSegmenter();
+  OutlinePoseOptions options;
+  options.turn_deg = 3.0;
+  options.shift_mm = 4.0;
+  const OutlinePose fit = FitPoseToOutline(
+      mesh, *camera, [&](const Image& model) { return segmenter->Segment(*first, model); },
+      options);
+  accepted->push_back({"outline_px", fit.before_px});
+  if (fit.before_px <= kAgrees_px) return;
+  const Vec3 center = mesh.rest.colwise().mean().transpose();
+  const Eigen::Isometry3d motion = fit.camera_from_world * camera->camera_from_world.inverse();
+  const double shift_mm =
+      (fit.camera_from_world * center - camera->camera_from_world * center).norm();
+  const double turn_deg = Eigen::AngleAxisd(motion.linear()).angle() * 180.0 / M_PI;
+  const bool explained = fit.after_px <= kExplained * fit.before_px &&
+                         shift_mm <= kLikely * options.shift_mm &&
+                         turn_deg <= kLikely * options.turn_deg;
+  if (!explained) {
+    if (fit.before_px > kFar_px)
+      progress.Warn(
+          fmt::format("{}: in the first picture the organ's outline lies {:.0f} px from "
+                      "the model's, and no small motion brings them together: check the "
+                      "initial registration",
+                      video, fit.before_px));
+    return;
+  }
+  progress.Warn(
+      fmt::format("the initial pose was moved by {:.1f} mm and turned by {:.1f} degrees: the "
+                  "organ's outline lay {:.1f} px from the model's, now {:.1f} px",
+                  shift_mm, turn_deg, fit.before_px, fit.after_px));
+  accepted->push_back({"outline_after_px", fit.after_px});
+  accepted->push_back({"outline_shift_mm", shift_mm});
+  accepted->push_back({"outline_turn_deg", turn_deg});
+  camera->camera_from_world = fit.camera_from_world;
 }
 
 JournalData Parameters(const ReplayRequest& request) {
@@ -258,7 +305,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   // Everything that can be wrong with the inputs is found before the planning takes its time.
   ReplayResult result;
   JournalData accepted;
-  const CameraModel camera = InitialCamera(request, study, progress, &accepted, &result.landmarks);
+  CameraModel camera = InitialCamera(request, study, progress, &accepted, &result.landmarks);
   std::unique_ptr<FeatureTracker> tracker;
   std::unique_ptr<FrameSource> source;
   VideoSource* video = nullptr;
@@ -283,6 +330,8 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   SubProgress planning(progress, 0.0, 0.2);
   PlannedCase planned = PlanStudy(request, study, camera, planning);
 
+  if (video && !request.tracks && request.method.method == Method::Kerf)
+    RefineByOutline(study.video, planned.mesh, progress, &camera, &accepted);
   ResultsWriter results(request.results, camera, planned.organ_surface);
   Journal& journal = results.GetJournal();
   journal.Write(0.0, 0, "start",

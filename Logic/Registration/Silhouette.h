@@ -28,6 +28,7 @@ struct SilhouetteTargets {
   Embedding at;    ///< model points (vertices on the outline)
   Points targets;  ///< the same points moved across the line of sight onto the image's outline, mm
   Eigen::VectorXd confidence;  ///< 0..1
+  Eigen::VectorXd length_px;   ///< of the model's outline that each point stands for
 };
 
 /// Along the normal of the model's outline, the place that best parts organ from background.
