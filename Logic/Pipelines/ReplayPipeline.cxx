@@ -147,7 +147,7 @@ CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Prog
 /// can say.
 void RefineByOutline(const std::string& video, const TetMesh& mesh, Progress& progress,
                      CameraModel* camera, JournalData* accepted) {
-  constexpr double kAgrees_px = 2.0, kFar_px = 8.0;
+  constexpr double kAgrees_px = 1.5, kFar_px = 8.0;
   constexpr double kExplained = 0.75;  // what is left of the distance, at most
   constexpr double kLikely = 2.0;      // standard deviations
   const auto first = OpenVideo(video)->Next();
