@@ -11,24 +11,39 @@
 namespace kerf {
 namespace {
 
-constexpr double kStep_mm = 2.0;           // a line grows by at least this much
-constexpr double kLeastTogether_mm = 3.0;  // what parts in all before a cut begins
-constexpr double kPoint_mm = 4.0;          // distance of the points of a committed line
+constexpr double kStep_mm = 2.0;  // a line grows by at least this much
+/// What parts in all before a cut begins. A few tracks that drift at the organ's rim gave 2.6 mm,
+/// true cuts 3.7 mm and more.
+constexpr double kLeastTogether_mm = 3.0;
+constexpr double kWide_mm = 1.2;        // a pair that parts by more parts widely
+constexpr double kPoint_mm = 4.0;       // distance of the points of a committed line
 constexpr double kReachSpacings = 2.5;  // an end nearer than this to the organ's rim goes over it
 constexpr double kOver_mm = 6.0;        // and this far beyond
 constexpr double kSameCut_mm = 12.0;    // evidence nearer than this to a cut belongs to it
 
-/// Enough to begin a cut: three parting pairs, or two that part widely, and enough of it together.
-/// A few tracks that drift at the organ's rim gave 2.6 mm, true cuts 3.7 mm and more.
-bool Convincing(const std::vector<PartingEdge>& parting, const std::vector<Index>& group) {
-  int wide = 0;
+struct Evidence {
+  Index pairs = 0, wide = 0;
   double excess_mm = 0.0;
+};
+
+Evidence EvidenceOf(const std::vector<PartingEdge>& parting, const std::vector<Index>& group) {
+  Evidence evidence;
   for (Index i : group) {
-    wide += parting[i].excess_mm > 1.2;
-    excess_mm += parting[i].excess_mm;
+    ++evidence.pairs;
+    evidence.wide += parting[i].excess_mm > kWide_mm;
+    evidence.excess_mm += parting[i].excess_mm;
   }
-  return (group.size() >= 3 || wide >= 2) && excess_mm > kLeastTogether_mm;
+  return evidence;
 }
+
+/// Enough to begin a cut: three parting pairs, or two that part widely, and enough of it together.
+bool BeginsCut(const Evidence& e) {
+  return (e.pairs >= 3 || e.wide >= 2) && e.excess_mm > kLeastTogether_mm;
+}
+
+/// Enough to lead one on. Stretch ahead of the tip, that has lost the witness of the pairs behind
+/// it (a feature was hidden), parted pairs by 0.9 mm.
+bool LeadsOn(const Evidence& e) { return e.wide >= 1 || e.excess_mm > kLeastTogether_mm; }
 
 /// The lateral plane seen from the organ: parallel rays along the optical axis.
 class LateralFrame {
@@ -146,15 +161,14 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     CutEvent event;
     event.first = cut_index < 0;
     event.point = *center;
-    if (event.first && !Convincing(parting, group)) continue;
+    const Evidence weight = EvidenceOf(parting, group);
+    if (event.first ? !BeginsCut(weight) : !LeadsOn(weight)) continue;
     const double begin = EndOf(line, -1, t.spacing_mm, frame);
     const double end = EndOf(line, +1, t.spacing_mm, frame);
     ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
     if (!Grow(line, begin, end, frame.Depth(*center), frame, grown.too_far_mm, &grown.line))
       continue;
-    double excess = 0.0;
-    for (Index i : group) excess += parting[i].excess_mm;
-    grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-excess / 3.0));
+    grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-weight.excess_mm / 3.0));
     if (event.first) {
       grown.detected_frame = state->frame;
       grown.held = options.hold_cuts;
