@@ -15,6 +15,8 @@
 namespace kerf {
 namespace {
 
+constexpr double kAsMuch = 0.9;  // of the area that another attempt separates
+
 constexpr double kDeformedAngle_deg = 0.6;
 constexpr double kContextEdges =
     5;  // mean edges around what is new in S in which the old S still counts
@@ -92,8 +94,10 @@ std::optional<Attempt> CutAlong(Sheet* sheet, const CutPatch& before, const CutP
       if (v < static_cast<int>(start.vertices.size())) remeshing.off.push_back(v);
     if (!remeshing.off.empty() && options.snapping) {
       Attempt clear = Try(before, start, sheet->index, remeshing, true);
-      if (clear.separation.closed < attempt.separation.closed && !clear.given_up &&
-          clear.angle_deg >= required.rest_deg)
+      const bool shaped = clear.angle_deg >= required.rest_deg &&
+                          (!before.deformed || clear.angle_current_deg >= required.current_deg);
+      if (!clear.given_up && shaped && clear.separation.closed < attempt.separation.closed &&
+          clear.separation.area_mm2 >= kAsMuch * attempt.separation.area_mm2)
         attempt = std::move(clear);
     }
     if (attempt.given_up) {
