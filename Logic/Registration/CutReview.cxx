@@ -16,6 +16,7 @@ constexpr double kShortest_mm = 1.0;   // points of a stroke that are nearer tha
 constexpr double kRefusedReach = 2.5;  // in feature spacings: pairs this near to a refused line
 constexpr double kBehind_mm = 500.0;   // rays start well in front of the organ
 constexpr double kOver_mm = 6.0;       // how far a line that goes over the rim reaches beyond it
+constexpr double kThinStrip_mm = 5.0;  // what is left on purpose is wider, in any mesh
 constexpr double kProbe_mm = 0.5;      // steps in which the rim is looked for
 constexpr double kAim_mm = 4.0;  // the last millimetres of a stroke give the direction it ends in
 
@@ -39,12 +40,14 @@ Points LedOverRim(Points line, const Vec3& view, const SurfaceTree& uncut, doubl
     outwards -= view * view.dot(outwards);
     if (!(outwards.norm() > 1e-9)) continue;
     outwards.normalize();
-    for (double d = 0.0; d <= reach_mm; d += kProbe_mm) {
-      const Vec3 p = end + d * outwards;
-      if (uncut.FirstHit({p - kBehind_mm * view, view})) continue;
-      line = LedOn(line, at_end, end + (d + kOver_mm) * outwards);
-      break;
-    }
+    const auto over_organ = [&](double d) {
+      return uncut.FirstHit({end + d * outwards - kBehind_mm * view, view}).has_value();
+    };
+    // The rim, from where the line is inside it: it may already reach a little over it.
+    double rim = -kOver_mm;
+    if (!over_organ(rim)) continue;
+    while (rim <= reach_mm && over_organ(rim)) rim += kProbe_mm;
+    if (rim <= reach_mm) line = LedOn(line, at_end, end + (rim + kOver_mm) * outwards);
   }
   return line;
 }
@@ -152,7 +155,8 @@ ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm
                       const RegistrationState& state) {
   ModelCut cut;
   cut.direction = cut.view = direction.normalized();
-  cut.line.points = LedOverRim(line, cut.view, *state.uncut, ElementSize_mm(state.mesh));
+  cut.line.points =
+      LedOverRim(line, cut.view, *state.uncut, std::min(ElementSize_mm(state.mesh), kThinStrip_mm));
   cut.depth_mm = depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, depth_mm);
   cut.detected_frame = state.frame;

@@ -27,7 +27,7 @@ Points RestLineOfStroke(const Pixels& pixels, const CameraModel& camera,
                         const RegistrationState& state);
 
 /// A cut as a surgeon gives it: line at rest, direction and depth of S. An end that stops less than
-/// one element before the organ's rim goes over it: nobody leaves a strip that thin.
+/// one element (5 mm at most) before the organ's rim goes over it: nobody leaves a strip that thin.
 ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm,
                       const RegistrationState& state);
 
