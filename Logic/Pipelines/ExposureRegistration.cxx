@@ -26,10 +26,7 @@ constexpr std::size_t kHistory = 200;
 ExposureRegistration::ExposureRegistration(const CameraModel& intrinsics, const TetMesh& mesh,
                                            const std::vector<MarkupPoint>& landmarks,
                                            const std::optional<Eigen::Isometry3d>& given)
-    : camera_(intrinsics),
-      mesh_(mesh),
-      organ_(BoundarySurface(mesh, mesh.rest)),
-      given_(given) {
+    : camera_(intrinsics), mesh_(mesh), organ_(BoundarySurface(mesh, mesh.rest)), given_(given) {
   center_ = organ_.points.colwise().mean().transpose();
   for (const MarkupPoint& point : landmarks)
     landmarks_.push_back({point.label, point.position_mm, {}, false, false});

@@ -20,6 +20,7 @@
 #include "CaseIO/CaseFolder.h"
 #include "CaseIO/StudyFolder.h"
 #include "Core/Errors.h"
+#include "Pipelines/InitialRegistration.h"
 #include "Pipelines/OverlayRecorder.h"
 #include "Pipelines/PlanPipeline.h"
 #include "Pipelines/RegistrationParts.h"
@@ -27,7 +28,6 @@
 #include "Pipelines/ResultsWriter.h"
 #include "Pipelines/SessionFolder.h"
 #include "Pipelines/SessionReplay.h"
-#include "Registration/OutlinePose.h"
 #include "Session/RegistrationSession.h"
 #include "Session/TableTracker.h"
 
@@ -108,85 +108,6 @@ class BlankSource : public FrameSource {
   const Study& study_;
   int frames_, next_ = 0;
 };
-
-CameraModel InitialCamera(const ReplayRequest& request, const Study& study, Progress& progress,
-                          JournalData* accepted, std::vector<LandmarkFit>* fits) {
-  CameraModel camera = ReadCameraFile(study.camera);
-  accepted->push_back({"source", request.registration == ReplayRequest::InitialPose::Given
-                                     ? "camera.yml"
-                                     : "landmarks.csv"});
-  if (request.registration == ReplayRequest::InitialPose::Given) return camera;
-  if (study.landmarks.empty())
-    throw InputError(study.root, "landmarks.csv", "--registration landmarks, but there is none");
-  const auto landmarks = ReadLandmarks(study.landmarks);
-  Points world(landmarks.size(), 3);
-  Pixels pixels(landmarks.size(), 2);
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    world.row(i) = landmarks[i].rest.transpose();
-    pixels.row(i) = landmarks[i].pixel.transpose();
-  }
-  const LandmarkResult result = RegisterLandmarks(world, pixels, camera, study.landmarks);
-  if (!result.warning.empty()) progress.Warn(study.landmarks + ": " + result.warning);
-  std::vector<double> residuals(result.residual_px.data(),
-                                result.residual_px.data() + result.residual_px.size()),
-      left_out;
-  for (Index row : result.outliers) left_out.push_back(landmarks[row].id);
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    const bool outlier = std::count(result.outliers.begin(), result.outliers.end(), Index(i)) > 0;
-    fits->push_back({landmarks[i].id, result.residual_px[i], result.residual_mm[i], outlier});
-  }
-  accepted->push_back({"residual_px", residuals});
-  accepted->push_back({"rms_px", result.rms_px});
-  accepted->push_back({"outlier_ids", left_out});
-  camera.camera_from_world = result.camera.camera_from_world;
-  return camera;
-}
-
-/// Where the first picture shows the organ's outline elsewhere than the given pose has it, the pose
-/// follows the outline. A pose that agrees with it is not touched: it is better than the outline
-/// can say.
-void RefineByOutline(const std::string& video, const TetMesh& mesh, Progress& progress,
-                     CameraModel* camera, JournalData* accepted) {
-  constexpr double kAgrees_px = 1.5, kFar_px = 8.0;
-  constexpr double kExplained = 0.75;  // what is left of the distance, at most
-  constexpr double kLikely = 2.0;      // standard deviations
-  const auto first = OpenVideo(video)->Next();
-  if (!first || !first->image) return;
-  const auto segmenter = MakeVideoOrganSegmenter();
-  OutlinePoseOptions options;
-  options.turn_deg = 3.0;
-  options.shift_mm = 4.0;
-  const OutlinePose fit = FitPoseToOutline(
-      mesh, *camera, [&](const Image& model) { return segmenter->Segment(*first, model); },
-      options);
-  accepted->push_back({"outline_px", fit.before_px});
-  if (fit.before_px <= kAgrees_px) return;
-  const Vec3 center = mesh.rest.colwise().mean().transpose();
-  const Eigen::Isometry3d motion = fit.camera_from_world * camera->camera_from_world.inverse();
-  const double shift_mm =
-      (fit.camera_from_world * center - camera->camera_from_world * center).norm();
-  const double turn_deg = Eigen::AngleAxisd(motion.linear()).angle() * 180.0 / M_PI;
-  const bool explained = fit.after_px <= kExplained * fit.before_px &&
-                         shift_mm <= kLikely * options.shift_mm &&
-                         turn_deg <= kLikely * options.turn_deg;
-  if (!explained) {
-    if (fit.before_px > kFar_px)
-      progress.Warn(
-          fmt::format("{}: in the first picture the organ's outline lies {:.0f} px from "
-                      "the model's, and no small motion brings them together: check the "
-                      "initial registration",
-                      video, fit.before_px));
-    return;
-  }
-  progress.Warn(
-      fmt::format("the initial pose was moved by {:.1f} mm and turned by {:.1f} degrees: the "
-                  "organ's outline lay {:.1f} px from the model's, now {:.1f} px",
-                  shift_mm, turn_deg, fit.before_px, fit.after_px));
-  accepted->push_back({"outline_after_px", fit.after_px});
-  accepted->push_back({"outline_shift_mm", shift_mm});
-  accepted->push_back({"outline_turn_deg", turn_deg});
-  camera->camera_from_world = fit.camera_from_world;
-}
 
 JournalData Parameters(const ReplayRequest& request) {
   const MethodOptions& m = request.method;
@@ -330,7 +251,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   SubProgress planning(progress, 0.0, 0.2);
   PlannedCase planned = PlanStudy(request, study, camera, planning);
 
-  if (video && !request.tracks && request.method.method == Method::Kerf)
+  if (video && !request.tracks && request.method.method == Method::Kerf && request.outline)
     RefineByOutline(study.video, planned.mesh, progress, &camera, &accepted);
   ResultsWriter results(request.results, camera, planned.organ_surface);
   Journal& journal = results.GetJournal();

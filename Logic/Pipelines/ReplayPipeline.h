@@ -22,6 +22,7 @@ struct ReplayRequest {
   enum class Labels { Automatic, Given, Segment } labels = Labels::Automatic;
   std::optional<std::string> tracks;  ///< perfect tracks instead of the video
   enum class InitialPose { Given, Landmarks } registration = InitialPose::Given;
+  bool outline = true;  ///< an initial pose that contradicts the organ's outline is moved
   std::optional<int> tetrahedra;
   int threads = 0;
   bool render = true;

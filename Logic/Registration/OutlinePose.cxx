@@ -16,6 +16,7 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr int kSteps = 30;
 constexpr Index kLeastPoints = 12;
+constexpr double kAsMuch = 0.8;         // of the outline's points that the given pose shows
 constexpr double kNoise_px = 2.0;       // of an outline that is found by colour
 constexpr double kNeighbours = 8.0;     // points of the outline that err together
 constexpr double kLeastScale_px = 3.0;  // of the robust weights
@@ -65,21 +66,23 @@ OutlinePose FitPoseToOutline(const TetMesh& mesh, const CameraModel& given, cons
   const Vec3 center = given.camera_from_world * Vec3(mesh.rest.colwise().mean().transpose());
   const auto compare = [&](const CameraModel& camera) {
     const Image model = ProjectedMask(organ, camera);
-    const SilhouetteTargets found =
-        FindSilhouette(boundary, mesh, mesh.rest, camera, model, seen(model), options.reach_px);
+    const Image organ_seen = seen(model);
     Offsets out;
+    // A segmenter that has learnt nothing gives the projection back.
+    if (organ_seen.data == model.data) return out;
+    const SilhouetteTargets found =
+        FindSilhouette(boundary, mesh, mesh.rest, camera, model, organ_seen, options.reach_px);
     out.world = found.at.Positions(mesh.rest, mesh.tets);
     out.weights = found.confidence.cwiseProduct(found.length_px);
     const Index n = out.world.rows();
     if (n > 0) out.weights *= static_cast<double>(n) / std::max(out.weights.sum(), 1e-12);
     out.at.resize(n, 2);
     out.normal.resize(n, 2);
-    out.off_px.resize(n);
+    out.off_px = found.off_px;
     for (Index i = 0; i < n; ++i) {
       const Vec2 p = camera.Project(out.world.row(i).transpose());
       const Vec2 d = camera.Project(found.targets.row(i).transpose()) - p;
       out.at.row(i) = p.transpose();
-      out.off_px[i] = d.norm();
       out.normal.row(i) = d.normalized().transpose();
     }
     return out;
@@ -96,11 +99,14 @@ OutlinePose FitPoseToOutline(const TetMesh& mesh, const CameraModel& given, cons
   CameraModel camera = given;
   for (int step = 0; step <= kSteps; ++step) {
     const Offsets offsets = compare(camera);
-    fit.points = offsets.off_px.size();
-    if (fit.points < kLeastPoints) break;
+    const Index n = offsets.off_px.size();
+    if (n < kLeastPoints) break;
+    if (step == 0) fit.points = n;
     const double distance = TrimmedMean(offsets.off_px, offsets.weights);
     if (step == 0) fit.before_px = distance;
-    if (step == 0 || distance < fit.after_px) {
+    // A pose that loses sight of the outline is not the better for it.
+    const bool as_much_seen = static_cast<double>(n) >= kAsMuch * static_cast<double>(fit.points);
+    if (step == 0 || (as_much_seen && distance < fit.after_px)) {
       fit.after_px = distance;
       fit.camera_from_world = camera.camera_from_world;
     }
@@ -108,7 +114,7 @@ OutlinePose FitPoseToOutline(const TetMesh& mesh, const CameraModel& given, cons
     const double scale = std::max(kLeastScale_px, 1.5 * distance);
     Mat6 h = prior;
     Vec6 g = -prior * motion;
-    for (Index i = 0; i < fit.points; ++i) {
+    for (Index i = 0; i < n; ++i) {
       const double robust =
           std::pow(scale * scale / (scale * scale + std::pow(offsets.off_px[i], 2)), 2);
       const double weight = offsets.weights[i] * robust / (kNoise_px * kNoise_px * kNeighbours);

@@ -17,7 +17,9 @@ struct OutlinePoseOptions {
 
 struct OutlinePose {
   Eigen::Isometry3d camera_from_world = Eigen::Isometry3d::Identity();
-  Index points = 0;  ///< of the model's outline that the picture shows; too few: pose as given
+  /// Of the outline that the picture shows under the given pose; 0: too few, the pose is the given
+  /// one.
+  Index points = 0;
   double before_px = 0.0, after_px = 0.0;  ///< distance of the outlines, mean of the nearest 3/4
 };
 

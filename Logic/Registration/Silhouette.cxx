@@ -86,7 +86,7 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
   std::vector<char> used(positions.rows(), 0);
   std::vector<Index> vertices;
   std::vector<Vec3> targets;
-  std::vector<double> confidence, length_px;
+  std::vector<double> confidence, off_px, length_px;
   std::vector<double> profile(2 * reach + 1);
   for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
     if (front[boundary.beside[e][0]] == front[boundary.beside[e][1]]) continue;
@@ -142,6 +142,7 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
     if (move.norm() > kLongestMove_mm) move *= kLongestMove_mm / move.norm();
     targets.push_back(world + move);
     confidence.push_back(sure);
+    off_px.push_back(std::abs(step));
     length_px.push_back((b - a).norm());
   }
   const Index n = static_cast<Index>(vertices.size());
@@ -149,6 +150,7 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
   out.at.weights = Weights4::Zero(n, 4);
   out.targets.resize(n, 3);
   out.confidence.resize(n);
+  out.off_px.resize(n);
   out.length_px.resize(n);
   for (Index i = 0; i < n; ++i) {
     out.at.tet[i] = boundary.tet_of_vertex[vertices[i]];
@@ -156,6 +158,7 @@ SilhouetteTargets FindSilhouette(const BoundaryTopology& boundary, const TetMesh
       if (mesh.tets(out.at.tet[i], c) == vertices[i]) out.at.weights(i, c) = 1.0;
     out.targets.row(i) = targets[i].transpose();
     out.confidence[i] = confidence[i];
+    out.off_px[i] = off_px[i];
     out.length_px[i] = length_px[i];
   }
   return out;

@@ -28,6 +28,7 @@ struct SilhouetteTargets {
   Embedding at;    ///< model points (vertices on the outline)
   Points targets;  ///< the same points moved across the line of sight onto the image's outline, mm
   Eigen::VectorXd confidence;  ///< 0..1
+  Eigen::VectorXd off_px;      ///< from the model's outline to the image's, not shortened, >= 0
   Eigen::VectorXd length_px;   ///< of the model's outline that each point stands for
 };
 

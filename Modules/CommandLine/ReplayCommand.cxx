@@ -11,7 +11,7 @@ namespace {
 struct ReplayArguments {
   ReplayRequest request;
   std::string labels, method = "kerf", cutting = "on", registration = "given", render = "on",
-                      grips = "on", extrusion;
+                      grips = "on", outline = "on", extrusion;
   double young_kPa = 0, poisson = 0, spring = 0, neighbour_radius_mm = 0, tau = 0,
          cut_radius_mm = 0, cut_depth_mm = 0;
   int outliers = 0, steps = 0, tetrahedra = 0;
@@ -35,6 +35,7 @@ void BuildRequest(const CLI::App& command, const CommandContext& context, Replay
   r.method = a->method == "reference" ? ReferenceOptions() : MethodOptions();
   r.method.cutting = a->cutting == "on";
   if (a->grips == "off") r.method.grips = false;
+  r.outline = a->outline == "on";
   r.render = a->render == "on";
   r.threads = context.threads;
   r.labels = a->labels == "given"     ? ReplayRequest::Labels::Given
@@ -127,6 +128,11 @@ void AddReplayCommand(CLI::App& app, CommandContext& context) {
   c->add_option("--registration", a->registration,
                 "initial registration: camera.yml or landmarks.csv")
       ->check(CLI::IsMember({"given", "landmarks"}))
+      ->capture_default_str();
+  c->add_option("--outline", a->outline,
+                "move an initial pose that contradicts the organ's outline in the first picture "
+                "(kerf method, video)")
+      ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   c->add_option("--tetrahedra", a->tetrahedra, "size of the organ mesh")
       ->check(CLI::Range(200, 1000000));
