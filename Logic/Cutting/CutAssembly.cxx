@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "Cutting/DisjointSets.h"
+
 namespace kerf {
 
 TopologyChange Unchanged(const TetMesh& mesh, Index vertices, Index tets) {
@@ -93,25 +95,13 @@ TopologyChange Assemble(const TetMesh& mesh, const CutPatch& before, const CutPa
 }
 
 std::vector<double> ComponentVolumes_mm3(const TetMesh& mesh) {
-  std::vector<Index> root(mesh.VertexCount());
-  std::iota(root.begin(), root.end(), 0);
-  auto find = [&](Index i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  for (Index t = 0; t < mesh.TetCount(); ++t) {
-    Index a = find(mesh.tets(t, 0));
-    for (int k = 1; k < 4; ++k) {
-      const Index b = find(mesh.tets(t, k));
-      if (a == b) continue;
-      root[std::max(a, b)] = std::min(a, b);
-      a = std::min(a, b);
-    }
-  }
+  DisjointSets joined(mesh.VertexCount());
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    for (int k = 1; k < 4; ++k) joined.Join(mesh.tets(t, 0), mesh.tets(t, k));
   std::vector<int> component(mesh.VertexCount(), -1);
   std::vector<double> volumes;
   for (Index t = 0; t < mesh.TetCount(); ++t) {
-    int& c = component[find(mesh.tets(t, 0))];
+    int& c = component[joined.Find(mesh.tets(t, 0))];
     if (c < 0) {
       c = static_cast<int>(volumes.size());
       volumes.push_back(0);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
+
+#include "Cutting/DisjointSets.h"
+#include "Cutting/SurfaceIndex.h"
 
 namespace kerf {
 
@@ -27,41 +29,24 @@ std::uint64_t HashOfTriangle(const CutSurface& surface, Index triangle) {
 }
 
 std::vector<int> SheetsOf(const CutSurface& surface) {
-  std::vector<Index> root(surface.points.rows());
-  std::iota(root.begin(), root.end(), 0);
-  auto find = [&](Index v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  auto join = [&](Index a, Index b) {
-    a = find(a);
-    b = find(b);
-    root[std::max(a, b)] = std::min(a, b);
-  };
+  const Index points = static_cast<Index>(surface.points.rows());
+  DisjointSets joined(points);
   for (Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int k = 1; k < 3; ++k) join(surface.triangles(t, 0), surface.triangles(t, k));
+    for (int k = 1; k < 3; ++k) joined.Join(surface.triangles(t, 0), surface.triangles(t, k));
   const auto one_sheet = [&] {
     for (Index t = 1; t < surface.triangles.rows(); ++t)
-      if (find(surface.triangles(t, 0)) != find(surface.triangles(0, 0))) return false;
+      if (joined.Find(surface.triangles(t, 0)) != joined.Find(surface.triangles(0, 0)))
+        return false;
     return true;
   };
   if (!one_sheet()) {
-    std::vector<Index> by_place(root.size());
-    std::iota(by_place.begin(), by_place.end(), 0);
-    auto less = [&](Index a, Index b) {
-      for (int k = 0; k < 3; ++k)
-        if (surface.points(a, k) != surface.points(b, k))
-          return surface.points(a, k) < surface.points(b, k);
-      return false;
-    };
-    std::sort(by_place.begin(), by_place.end(), less);
-    for (std::size_t i = 1; i < by_place.size(); ++i)
-      if (!less(by_place[i - 1], by_place[i])) join(by_place[i - 1], by_place[i]);
+    const std::vector<Index> equal = EqualPoints(surface.points);
+    for (Index i = 0; i < points; ++i) joined.Join(i, equal[i]);
   }
-  std::vector<int> number(root.size(), -1), sheet(surface.triangles.rows());
+  std::vector<int> number(points, -1), sheet(surface.triangles.rows());
   int sheets = 0;
   for (Index t = 0; t < surface.triangles.rows(); ++t) {
-    int& n = number[find(surface.triangles(t, 0))];
+    int& n = number[joined.Find(surface.triangles(t, 0))];
     if (n < 0) n = sheets++;
     sheet[t] = n;
   }

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "Cutting/CutRemeshing.h"
+#include "Cutting/DisjointSets.h"
 
 namespace kerf {
 namespace {
@@ -158,23 +159,17 @@ class Opening {
       open_edges.push_back(v == f[0] ? EdgeKey(f[1], f[2])
                                      : EdgeKey(f[0], v == f[1] ? f[2] : f[1]));
     }
-    std::vector<int> root(star.size());
-    std::iota(root.begin(), root.end(), 0);
-    auto find = [&](int i) {
-      while (root[i] != i) i = root[i] = root[root[i]];
-      return i;
-    };
+    DisjointSets joined(star.size());
     for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
       if (sides[i].edge != sides[i + 1].edge) continue;
       if (std::find(open_edges.begin(), open_edges.end(), sides[i].edge) != open_edges.end())
         continue;
-      const int a = find(sides[i].slot), b = find(sides[i + 1].slot);
-      root[std::max(a, b)] = std::min(a, b);
+      joined.Join(sides[i].slot, sides[i + 1].slot);
     }
     std::vector<int> vertex_of(star.size(), -1);
-    vertex_of[find(0)] = v;
+    vertex_of[joined.Find(0)] = v;
     for (std::size_t i = 0; i < star.size(); ++i) {
-      const int r = find(static_cast<int>(i));
+      const Index r = joined.Find(static_cast<Index>(i));
       if (vertex_of[r] < 0) {
         vertex_of[r] = static_cast<int>(patch.vertices.size());
         patch.vertices.push_back(closed.vertices[v]);
@@ -200,30 +195,21 @@ class Opening {
 /// The pieces of a patch, by shared vertices.
 class Pieces {
  public:
-  explicit Pieces(const CutPatch& patch) : root_(patch.vertices.size()) {
-    std::iota(root_.begin(), root_.end(), 0);
-    for (const auto& tet : patch.tets) {
-      int a = Find(tet.v[0]);
-      for (int k = 1; k < 4; ++k) {
-        const int b = Find(tet.v[k]);
-        if (a == b) continue;
-        root_[std::max(a, b)] = std::min(a, b);
-        a = std::min(a, b);
-      }
-    }
+  explicit Pieces(const CutPatch& patch)
+      : joined_(patch.vertices.size()), vertices_(static_cast<int>(patch.vertices.size())) {
+    for (const auto& tet : patch.tets)
+      for (int k = 1; k < 4; ++k) joined_.Join(tet.v[0], tet.v[k]);
   }
-  int Find(int v) {
-    while (root_[v] != v) v = root_[v] = root_[root_[v]];
-    return v;
-  }
-  int Count() const {
+  int Find(int v) { return static_cast<int>(joined_.Find(v)); }
+  int Count() {
     int count = 0;
-    for (std::size_t v = 0; v < root_.size(); ++v) count += root_[v] == static_cast<int>(v);
+    for (int v = 0; v < vertices_; ++v) count += Find(v) == v;
     return count;
   }
 
  private:
-  std::vector<int> root_;
+  DisjointSets joined_;
+  int vertices_;
 };
 
 /// Pieces that the opening cuts off and that are no more than a few tetrahedra: marks their

@@ -47,15 +47,13 @@ Vec3 ClosestOnTriangle(const std::array<Vec3, 3>& x, const Vec3& p, int* feature
 
 }  // namespace
 
-SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
-  // Equal points get one number.
-  const Index n = static_cast<Index>(surface.points.rows());
+std::vector<Index> EqualPoints(const Points& points) {
+  const Index n = static_cast<Index>(points.rows());
   std::vector<Index> by_place(n), number(n);
   std::iota(by_place.begin(), by_place.end(), 0);
   auto less = [&](Index a, Index b) {
     for (int k = 0; k < 3; ++k)
-      if (surface.points(a, k) != surface.points(b, k))
-        return surface.points(a, k) < surface.points(b, k);
+      if (points(a, k) != points(b, k)) return points(a, k) < points(b, k);
     return false;
   };
   std::sort(by_place.begin(), by_place.end(),
@@ -63,6 +61,11 @@ SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
   for (Index i = 0; i < n; ++i)
     number[by_place[i]] =
         i > 0 && !less(by_place[i - 1], by_place[i]) ? number[by_place[i - 1]] : by_place[i];
+  return number;
+}
+
+SurfaceIndex::SurfaceIndex(const CutSurface& surface) {
+  const std::vector<Index> number = EqualPoints(surface.points);
 
   struct Edge {
     std::uint64_t ends;

@@ -16,6 +16,10 @@ struct SurfaceNear {
   bool on_border = false;       ///< the closest point lies on S's border
 };
 
+/// One number for points with equal coordinates: that of the first of them. Finite coordinates
+/// only.
+std::vector<Index> EqualPoints(const Points& points);
+
 /// Bounding-volume tree over a separation surface: closest points, crossings of segments, boxes.
 /// Points with equal coordinates count as one, so that surfaces read from files know their border.
 /// Immutable.

@@ -2,10 +2,10 @@
 
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <random>
 #include <sstream>
 
+#include "Cutting/DisjointSets.h"
 #include "Cutting/ExtrudePolyline.h"
 #include "Cutting/TetCutter.h"
 #include "Support/TestMeshes.h"
@@ -187,16 +187,12 @@ std::string ProvenanceProblem(const TetMesh& old_mesh, const TopologyChange& cha
 }
 
 std::vector<int> PieceOfTets(const TetMesh& mesh) {
-  std::vector<Index> root(mesh.VertexCount());
-  std::iota(root.begin(), root.end(), 0);
-  auto find = [&](Index v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
+  DisjointSets joined(mesh.VertexCount());
   for (Index t = 0; t < mesh.TetCount(); ++t)
-    for (int k = 1; k < 4; ++k) root[find(mesh.tets(t, k))] = find(mesh.tets(t, 0));
+    for (int k = 1; k < 4; ++k) joined.Join(mesh.tets(t, 0), mesh.tets(t, k));
   std::vector<int> piece(mesh.TetCount());
-  for (Index t = 0; t < mesh.TetCount(); ++t) piece[t] = find(mesh.tets(t, 0));
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    piece[t] = static_cast<int>(joined.Find(mesh.tets(t, 0)));
   return piece;
 }
 
