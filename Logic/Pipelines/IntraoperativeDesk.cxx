@@ -207,8 +207,7 @@ int IntraoperativeDesk::Resume(const std::string& session) {
   return static_cast<int>(resumed_.size());
 }
 
-void IntraoperativeDesk::EndToRegisterAgain() {
-  Stop();
+void IntraoperativeDesk::KeepCutsForNextRun() {
   if (!session_path_.empty()) resumed_ = CutsOf(session_path_, camera_.ViewDirection());
 }
 

@@ -61,8 +61,9 @@ class IntraoperativeDesk {
   /// Takes over pose and cuts of an unfinished session. @return how many cuts; @throws InputError
   int Resume(const std::string& session);
 
-  /// Ends the run to register anew; its cuts are drawn again after the next acceptance.
-  void EndToRegisterAgain();
+  /// After Stop(), to register anew: the cuts of that run are drawn again after the next
+  /// acceptance.
+  void KeepCutsForNextRun();
 
   // Run
   struct RunOptions {
@@ -83,6 +84,10 @@ class IntraoperativeDesk {
   std::string KeepPicture(const Image& image, int frame);
   /// Ends the run; the recording is complete afterwards.
   void Stop();
+  /// The part of Stop() that takes long; may run on another thread. Stop() follows on this one.
+  void FinishRun() {
+    if (worker_) worker_->Stop();
+  }
   /// Why the last session's recording ended early; empty where all was written. After Stop().
   const std::string& RecordingProblem() const { return recording_problem_; }
   /// Recorded sessions of the case, newest first.

@@ -71,8 +71,7 @@ std::string Words(const JournalEntry& entry) {
   if (const auto cut = entry.Number("cut"))
     return fmt::format("{}: cut {}", entry.event, static_cast<int>(*cut) + 1);
   if (const std::string* why = entry.Text("reason")) return entry.event + ": " + *why;
-  if (const std::string* why = entry.Text("message"))
-    return why->empty() ? entry.event : entry.event + ": " + *why;
+  if (const std::string* why = entry.Text("message")) return why->empty() ? entry.event : *why;
   return entry.event;
 }
 
@@ -95,10 +94,17 @@ struct SessionPlayback::Shared {
   explicit Shared(const SessionFolder& recorded)
       : session(recorded),
         run(recorded, recorded.case_folder),
+        frames(run.FrameCount() + run.DecidedAfterLast()),
         maker(run.Uncut(), ReadCasePlan(recorded.case_folder, run.Uncut())) {}
+
+  /// Number of the recorded frame whose picture is shown: the last one stays for what was decided
+  /// after it.
+  int Recorded(int frame) const { return std::clamp(frame, 0, run.FrameCount() - 1); }
+  double TimeOf_s(int frame) const { return run.Frames()[Recorded(frame)].time_s; }
 
   SessionFolder session;
   SessionRun run;  ///< the thread's own, but for what never changes
+  int frames;      ///< those registered, and one more where something was decided after the last
   SnapshotMaker maker;
   PointSpool spool;
   std::vector<PlaybackEvent> events;
@@ -117,7 +123,7 @@ struct SessionPlayback::Shared {
 };
 
 void SessionPlayback::Shared::ReadEvents() {
-  const int last = run.FrameCount() - 1;
+  const int last = frames - 1;
   unconfirmed.assign(last + 1, 0);
   int off_from = -1;
   for (const JournalEntry& entry :
@@ -130,7 +136,7 @@ void SessionPlayback::Shared::ReadEvents() {
     }
     const auto kind = KindOf(entry.event);
     if (!kind) continue;
-    const PlaybackEvent event{*kind, frame, run.Frames()[frame].time_s, Words(entry)};
+    const PlaybackEvent event{*kind, frame, TimeOf_s(frame), Words(entry)};
     // A cut that grows is applied again and again: its first time counts.
     const bool again = *kind == PlaybackEvent::Kind::Cut &&
                        std::any_of(events.begin(), events.end(), [&](const PlaybackEvent& earlier) {
@@ -173,11 +179,20 @@ std::shared_ptr<const Kept> SessionPlayback::Shared::Keep(const SessionRun::Step
 void SessionPlayback::Shared::Run() {
   std::string ended;
   try {
-    while (const auto step = run.Next()) {
-      auto frame = Keep(*step);
+    std::optional<SessionRun::Step> last;
+    const auto add = [&](const SessionRun::Step& step) {
+      auto frame = Keep(step);
       const std::lock_guard lock(mutex);
       kept.push_back(std::move(frame));
-      if (stop) return;
+      return !stop;
+    };
+    while (auto step = run.Next()) {
+      last = std::move(step);
+      if (!add(*last)) return;
+    }
+    if (last && run.DecidedAfterLast()) {
+      last->frame.index = frames - 1;
+      add(*last);
     }
   } catch (const std::exception& error) {
     ended = error.what();
@@ -204,18 +219,17 @@ SessionPlayback::~SessionPlayback() {
 const SessionFolder& SessionPlayback::Session() const { return shared_->session; }
 const CameraModel& SessionPlayback::Camera() const { return shared_->run.Camera(); }
 const std::vector<PlaybackEvent>& SessionPlayback::Events() const { return shared_->events; }
-int SessionPlayback::FrameCount() const { return shared_->run.FrameCount(); }
+int SessionPlayback::FrameCount() const { return shared_->frames; }
 
-double SessionPlayback::TimeOf_s(int frame) const {
-  return shared_->run.Frames()[std::clamp(frame, 0, FrameCount() - 1)].time_s;
-}
+double SessionPlayback::TimeOf_s(int frame) const { return shared_->TimeOf_s(frame); }
 
 int SessionPlayback::FrameAt(double time_s) const {
   const auto& frames = shared_->run.Frames();
   const auto after =
-      std::upper_bound(frames.begin(), frames.begin() + FrameCount(), time_s,
+      std::upper_bound(frames.begin(), frames.begin() + shared_->run.FrameCount(), time_s,
                        [](double time, const RecordedFrame& frame) { return time < frame.time_s; });
-  return std::max(0, static_cast<int>(after - frames.begin()) - 1);
+  const int frame = std::max(0, static_cast<int>(after - frames.begin()) - 1);
+  return frame == shared_->run.FrameCount() - 1 ? FrameCount() - 1 : frame;
 }
 
 int SessionPlayback::Ready() const {
@@ -246,10 +260,11 @@ std::shared_ptr<const IntraoperativeSnapshot> SessionPlayback::At(int frame) {
     out->structures[i].surface.triangles = kept->topology->structures[i];
   // Not every container finds its frames again: the picture must be the one that was registered.
   for (const bool by_reading : {false, true}) {
-    pictures_->GoTo(frame, by_reading);
+    pictures_->GoTo(shared_->Recorded(frame), by_reading);
     const auto picture = pictures_->Next();
     if (!picture || PictureChecksum(*picture) != kept->picture) continue;
     out->frame = *picture;
+    out->frame.index = frame;
     return out;
   }
   throw InputError(shared_->session.root, "frame " + std::to_string(frame),

@@ -35,6 +35,8 @@ class SessionPlayback {
   const SessionFolder& Session() const;
   const CameraModel& Camera() const;
   const std::vector<PlaybackEvent>& Events() const;
+  /// Frames that were registered; one more shows the last picture with what was decided after it,
+  /// where something was.
   int FrameCount() const;
   double TimeOf_s(int frame) const;
   /// The frame that was to be seen at this time of the session.

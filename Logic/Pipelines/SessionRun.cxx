@@ -55,6 +55,10 @@ SessionRun::SessionRun(const SessionFolder& recorded, const std::string& case_fo
 
 SessionRun::~SessionRun() = default;
 
+bool SessionRun::DecidedAfterLast() const {
+  return !decisions_.empty() && decisions_.back().first >= frame_count_;
+}
+
 void SessionRun::DecideBefore(int frame) {
   for (; next_decision_ < decisions_.size() && decisions_[next_decision_].first <= frame;
        ++next_decision_) {

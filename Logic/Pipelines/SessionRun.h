@@ -41,6 +41,8 @@ class SessionRun {
   const SurfaceMesh& Uncut() const { return uncut_; }
   const std::vector<RecordedFrame>& Frames() const { return source_.Frames(); }
   int FrameCount() const { return frame_count_; }
+  /// Whether something was decided after the last frame: State() shows it when Next() gave none.
+  bool DecidedAfterLast() const;
   double FramesPerSecond() const { return source_.FramesPerSecond(); }
   /// Frames whose checksum was there and equal.
   int Checked() const { return checked_; }

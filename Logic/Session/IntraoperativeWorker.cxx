@@ -28,6 +28,7 @@ struct IntraoperativeWorker::Implementation {
   SnapshotMaker maker;
   std::thread thread;
 
+  std::mutex joining;  ///< several threads may stop it
   mutable std::mutex mutex;
   bool stop = false;
   std::deque<IntraoperativeDecision> posted;
@@ -270,6 +271,7 @@ void IntraoperativeWorker::Stop() {
     const std::lock_guard lock(implementation_->mutex);
     implementation_->stop = true;
   }
+  const std::lock_guard joining(implementation_->joining);
   if (implementation_->thread.joinable()) implementation_->thread.join();
 }
 

@@ -45,8 +45,11 @@ bool qKerfJobRunner::IsBusy() const { return impl_->busy; }
 QString qKerfJobRunner::Title() const { return impl_->busy ? impl_->running.title : QString(); }
 
 void qKerfJobRunner::Cancel() {
+  const std::deque<Job> dropped = std::move(impl_->waiting);
   impl_->waiting.clear();
   if (impl_->busy) impl_->progress->Cancel();
+  for (const Job& job : dropped)
+    if (job.cancelled) job.cancelled();
 }
 
 void qKerfJobRunner::StartNext() {

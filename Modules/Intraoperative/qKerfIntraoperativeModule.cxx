@@ -14,7 +14,10 @@ QWidget* qKerfIntraoperativeModule::CreateWidget(qKerfHost* host, QWidget* paren
   host_ = host;
   qKerfIntraoperativeWidget::Services services;
   services.run = [host](const QString& title, auto work, auto done, auto failed) {
-    host->Jobs().Run({title, std::move(work), std::move(done), std::move(failed), {}});
+    const auto cancelled = [failed] {
+      if (failed) failed(QString());
+    };
+    host->Jobs().Run({title, std::move(work), std::move(done), failed, cancelled});
   };
   services.say_problem = [host](const QString& text) { host->Say(qKerfHost::Problem, text); };
   services.say = [host](const QString& text) {
@@ -44,6 +47,6 @@ bool qKerfIntraoperativeModule::CanClose() {
       page_, tr("A session is running"),
       tr("The recording is completed before the window closes. End the session?"));
   if (answer != QMessageBox::Yes) return false;
-  page_->Desk().Stop();
+  page_->StopNow();
   return true;
 }

@@ -27,10 +27,8 @@ void qKerfIntraoperativeWidget::ConnectExposure() {
     desk_.Exposure()->UseGiven();
     changed();
   });
-  connect(exposure_, &qKerfExposurePanel::ContourWanted, this, [=] {
-    Try([&] { desk_.Exposure()->RefineByContour(desk_.ExposureFrame()); });
-    changed();
-  });
+  connect(exposure_, &qKerfExposurePanel::ContourWanted, this,
+          &qKerfIntraoperativeWidget::FitOutline);
   connect(exposure_, &qKerfExposurePanel::UndoWanted, this, [=] {
     desk_.Exposure()->Undo();
     changed();
@@ -93,8 +91,40 @@ void qKerfIntraoperativeWidget::ConnectExposure() {
   });
 }
 
+/// On a copy, so that the window answers meanwhile; what the hand changed since wins.
+void qKerfIntraoperativeWidget::FitOutline() {
+  if (fitting_ || !desk_.Exposure()) return;
+  fitting_ = true;
+  const auto copy = std::make_shared<kerf::ExposureRegistration>(*desk_.Exposure());
+  const Eigen::Isometry3d start = copy->Camera().camera_from_world;
+  lamp_->setText(tr("Fitting the outline"));
+  services_.run(
+      tr("Fitting the outline"),
+      [copy, frame = desk_.ExposureFrame()](kerf::Progress&) { copy->RefineByContour(frame); },
+      [this, copy, start] {
+        fitting_ = false;
+        kerf::ExposureRegistration* exposure = desk_.Exposure();
+        if (step_ != Exposure || !exposure ||
+            exposure->Camera().camera_from_world.matrix() != start.matrix())
+          return;
+        *exposure = *copy;
+        exposure_changed_ = true;
+      },
+      [this](const QString& problem) {
+        fitting_ = false;
+        exposure_changed_ = true;
+        if (!problem.isEmpty()) services_.say_problem(problem);
+      });
+}
+
 void qKerfIntraoperativeWidget::BeginExposure(bool fresh) {
-  if (desk_.Running()) desk_.EndToRegisterAgain();
+  if (desk_.Running()) {
+    EndRun([this, fresh] {
+      desk_.KeepCutsForNextRun();
+      BeginExposure(fresh);
+    });
+    return;
+  }
   Try([&] {
     if (fresh) desk_.BeginExposure();
     shown_.reset();

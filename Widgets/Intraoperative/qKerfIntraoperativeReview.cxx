@@ -46,7 +46,9 @@ void qKerfIntraoperativeWidget::OpenRecorded(const QString& session) {
         SetOverlay(true);
         ShowStep(Review);
       },
-      [this](const QString& problem) { services_.say_problem(problem); });
+      [this](const QString& problem) {
+        if (!problem.isEmpty()) services_.say_problem(problem);
+      });
 }
 
 void qKerfIntraoperativeWidget::SetPlaying(bool playing) {

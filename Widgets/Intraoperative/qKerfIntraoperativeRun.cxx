@@ -113,9 +113,30 @@ void qKerfIntraoperativeWidget::KeepSnapshot() {
   });
 }
 
+void qKerfIntraoperativeWidget::EndRun(std::function<void()> then) {
+  if (ending_.valid()) return;
+  SetDrawing(false);
+  lamp_->setText(tr("Completing the recording"));
+  side_->setEnabled(false);
+  after_end_ = std::move(then);
+  // Not a job: it waits for none and cannot be cancelled.
+  ending_ = std::async(std::launch::async, [this] { desk_.FinishRun(); });
+}
+
+void qKerfIntraoperativeWidget::TickEnd() {
+  if (ending_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  ending_ = {};
+  side_->setEnabled(true);
+  desk_.Stop();  // at once: it has ended
+  after_end_();
+}
+
 void qKerfIntraoperativeWidget::EndSession() {
+  if (desk_.Running()) EndRun([this] { ShowEnd(); });
+}
+
+void qKerfIntraoperativeWidget::ShowEnd() {
   Try([&] {
-    desk_.Stop();
     exported_->clear();
     const QString path = QString::fromStdString(desk_.SessionPath());
     const QString problem = QString::fromStdString(desk_.RecordingProblem()).toHtmlEscaped();
@@ -151,6 +172,6 @@ void qKerfIntraoperativeWidget::ExportAll() {
       },
       [this](const QString& problem) {
         export_->setEnabled(true);
-        services_.say_problem(problem);
+        if (!problem.isEmpty()) services_.say_problem(problem);
       });
 }

@@ -1,5 +1,6 @@
 // What both a running and a recorded session show: overlay, lamp, figures, the state before a cut.
 #include <QLabel>
+#include <QSplitter>
 #include <cmath>
 
 #include "Adapters/Rendering/VirtualDisplay.h"
@@ -66,6 +67,23 @@ void qKerfIntraoperativeWidget::Show(std::shared_ptr<const kerf::IntraoperativeS
   if (raw_->isVisible() && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
   Try([this] { ShowBefore(); });
   ShowLamp(*shown_);
+  ArrangeViews();
+}
+
+/// Views stand side by side or one above the other, whichever makes the pictures larger.
+void qKerfIntraoperativeWidget::ArrangeViews() {
+  const QSize picture = view_->Picture().size();
+  int shown = 0;
+  for (QWidget* view : {view_, before_, raw_}) shown += !view->isHidden();
+  if (picture.isEmpty() || shown < 2) return;
+  const auto scale = [&](int columns, int rows) {
+    return qMin(double(views_->width()) / columns / picture.width(),
+                double(views_->height()) / rows / picture.height());
+  };
+  const auto better = scale(1, shown) > scale(shown, 1) ? Qt::Vertical : Qt::Horizontal;
+  if (views_->orientation() == better) return;
+  views_->setOrientation(better);
+  views_->setSizes(QList<int>({1000, 1000, 1000}));
 }
 
 /// The picture goes on without the overlay.
@@ -135,9 +153,9 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
   const bool green = snapshot.gate == kerf::GateState::Green;
   const bool amber = snapshot.gate == kerf::GateState::Amber;
   QString text = green ? tr("OVERLAY OK") : amber ? tr("CAUTION") : tr("OVERLAY OFF");
-  if (!green) text += ": " + QString::fromStdString(snapshot.reason);
+  if (!green) text += ": " + QString::fromStdString(snapshot.reason).toHtmlEscaped();
   if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
-    text += tr("   tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
+    text += tr("<br>tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
   lamp_->setText(text);
   lamp_->setStyleSheet(QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
                                "background: %2;")
@@ -146,7 +164,7 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
                                                                    : "#b3261e"));
   QStringList distances;
   if (std::isfinite(snapshot.margin_mm))
-    distances << tr("tumour – cut&nbsp;%1&nbsp;mm").arg(snapshot.margin_mm, 0, 'f', 1);
+    distances << tr("tumour&nbsp;–&nbsp;cut %1&nbsp;mm").arg(snapshot.margin_mm, 0, 'f', 1);
   if (std::isfinite(snapshot.deviation.mean_mm))
     distances << tr("<span style='font-size:11pt'>plan – cut %1 mm, at most %2</span>")
                      .arg(snapshot.deviation.mean_mm, 0, 'f', 1)
@@ -162,7 +180,7 @@ void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,
                                             double registered_fps) {
   QString text = tr("video %1/s").arg(source.fps, 0, 'f', 0);
   if (registered_fps > 0)
-    text += tr(" · registered %1/s · shown %2/s<br>latency %3 ms · dropped %4")
+    text += tr(" · registered %1/s<br>shown %2/s · latency %3 ms<br>dropped %4")
                 .arg(registered_fps, 0, 'f', 0)
                 .arg(ShownPerSecond(), 0, 'f', 0)
                 .arg(latency_ms_, 0, 'f', 0)
@@ -180,6 +198,7 @@ double qKerfIntraoperativeWidget::ShownPerSecond() const {
 void qKerfIntraoperativeWidget::SetRawBeside(bool beside) {
   raw_->setVisible(beside);
   if (beside && shown_ && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
+  ArrangeViews();
 }
 
 void qKerfIntraoperativeWidget::SetFullScreen(bool full) {

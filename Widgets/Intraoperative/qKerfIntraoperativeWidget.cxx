@@ -55,6 +55,11 @@ qKerfIntraoperativeWidget::qKerfIntraoperativeWidget(Services services, QWidget*
 
 qKerfIntraoperativeWidget::~qKerfIntraoperativeWidget() {
   timer_.stop();
+  StopNow();
+}
+
+void qKerfIntraoperativeWidget::StopNow() {
+  if (ending_.valid()) ending_.wait();
   desk_.Stop();
 }
 
@@ -122,7 +127,7 @@ void qKerfIntraoperativeWidget::MakeLayout() {
   lamp_->setObjectName("lamp");
   // Wrapped, so that no figure makes the window wider than the screen.
   lamp_->setMinimumWidth(280);
-  lamp_->setMinimumHeight(64);
+  lamp_->setMinimumHeight(84);  // three lines: a longer reason does not move the picture
   margin_ = new QLabel;
   margin_->setObjectName("margin");
   margin_->setAlignment(Qt::AlignCenter);
@@ -235,7 +240,9 @@ void qKerfIntraoperativeWidget::OpenCase(const QString& folder) {
           emit CaseOpened(folder);
         });
       },
-      [this](const QString& problem) { services_.say_problem(problem); });
+      [this](const QString& problem) {
+        if (!problem.isEmpty()) services_.say_problem(problem);
+      });
 }
 
 void qKerfIntraoperativeWidget::OpenSource(const QString& path) {
@@ -281,6 +288,7 @@ void qKerfIntraoperativeWidget::ShowStep(Step step) {
   if (!overlay) view_->SetBanner(QString());
   if (step != Run) {
     margin_->clear();
+    figures_->clear();
     lamp_->setStyleSheet("font-size: 16pt; font-weight: bold; padding: 4px;");
   }
   view_->setFocus();
@@ -288,6 +296,7 @@ void qKerfIntraoperativeWidget::ShowStep(Step step) {
 }
 
 void qKerfIntraoperativeWidget::Tick() {
+  if (ending_.valid()) return TickEnd();  // what is shown stays until the session is complete
   switch (step_) {
     case CheckIn:
       TickCheckIn();

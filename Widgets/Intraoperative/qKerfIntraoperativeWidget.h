@@ -6,6 +6,7 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <future>
 #include <memory>
 
 #include "Adapters/Rendering/OverlayScene.h"
@@ -38,7 +39,8 @@ class qKerfIntraoperativeWidget : public QWidget {
  public:
   /// What the host does for the page. Defaults work without a host.
   struct Services {
-    /// Runs `work` off the GUI thread, then `done` or `failed` on it.
+    /// Runs `work` off the GUI thread, then `done` or `failed` on it (without a word where it was
+    /// cancelled).
     std::function<void(const QString& title, std::function<void(kerf::Progress&)> work,
                        std::function<void()> done, std::function<void(const QString&)> failed)>
         run;
@@ -56,6 +58,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   void UseCamera(const QString& file);
   /// Check-in and exposure without hands: the pose of the camera file is accepted (soak, scripts).
   void StartWithGivenPose();
+  /// Completes the recording and waits for it: the window is about to close.
+  void StopNow();
   /// Plays a recorded session of the case that is open.
   void OpenRecorded(const QString& session);
   kerf::IntraoperativeDesk& Desk() { return desk_; }
@@ -92,6 +96,7 @@ class qKerfIntraoperativeWidget : public QWidget {
   void Try(const std::function<void()>& work);
 
   void Tick();
+  void TickEnd();
   void TickCheckIn();
   void TickRun();
   void TickReview();
@@ -99,6 +104,7 @@ class qKerfIntraoperativeWidget : public QWidget {
   void Show(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
             const kerf::CameraModel& camera);
   void ShowBefore();
+  void ArrangeViews();
   void OverlayFails(const std::string& why);
   void SeekTo(int frame);
   void SetPlaying(bool playing);
@@ -107,8 +113,12 @@ class qKerfIntraoperativeWidget : public QWidget {
   void ShowLamp(const kerf::IntraoperativeSnapshot& snapshot);
   void ShowFigures(const kerf::SourceState& source, double registered_fps);
   void BeginExposure(bool fresh);
+  void FitOutline();
   void Accept();
+  /// Completes the recording in a thread of its own, then goes on with `then`.
+  void EndRun(std::function<void()> then);
   void EndSession();
+  void ShowEnd();
   void ExportAll();
   void Post(kerf::IntraoperativeDecision::Kind kind, int cut = -1);
   void DecideOnCut(bool accept);
@@ -140,6 +150,9 @@ class qKerfIntraoperativeWidget : public QWidget {
   QTimer timer_;
 
   Step step_ = CheckIn;
+  std::future<void> ending_;  ///< while the recording is being completed
+  std::function<void()> after_end_;
+  bool fitting_ = false;  ///< the outline is being fitted
   bool record_ = true, overlay_on_ = true, drawing_ = false, exposure_changed_ = true,
        full_ = false;
   double contour_fit_ = 0.0, latency_ms_ = 0.0;

@@ -102,7 +102,12 @@ void qKerfVideoView::paintEvent(QPaintEvent*) {
     painter.drawPolyline(line);
   }
   if (!banner_.isEmpty()) {
-    font.setPointSize(qBound(12, height() / 22, 26));
+    int points = qBound(12, height() / 22, 26);
+    for (; points > 9; --points) {  // beside another view there may be little room
+      font.setPointSize(points);
+      if (QFontMetrics(font).horizontalAdvance(banner_) <= width() - 16) break;
+    }
+    font.setPointSize(points);
     painter.setFont(font);
     const QRectF line(0, height() - 2.0 * font.pointSize() - 12, width(),
                       2.0 * font.pointSize() + 12);

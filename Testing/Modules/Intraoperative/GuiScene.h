@@ -18,6 +18,7 @@
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfVideoView.h"
 #include "Pipelines/PlanPipeline.h"
+#include "Support/MeteredApplication.h"
 #include "Support/TestDisplay.h"
 
 /// What the GUI tests share: a planned case of a study, the page in a window, and hands.
@@ -121,7 +122,7 @@ inline QImage ToQImage(const Image& image) {
 template <class Test>
 int RunGuiTest(int argc, char** argv) {
   if (!DisplayForQt()) return kNoDisplay;
-  QApplication app(argc, argv);
+  MeteredApplication app(argc, argv);
   qKerfTheme::Apply(app, qgetenv("KERF_GUI_THEME") != "light");
   Test test;
   return QTest::qExec(&test, argc, argv);

@@ -49,7 +49,7 @@ class IntraoperativeRealTimeTest : public QObject {
     QVERIFY(Difference(page.widget->View()->Picture(), ToQImage(*page.Latest()->frame.image)) >
             0.005);
     page.Click("stop");
-    QCOMPARE(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Close);
+    QTRY_COMPARE_WITH_TIMEOUT(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
     QVERIFY(page.problems.isEmpty());
   }
 

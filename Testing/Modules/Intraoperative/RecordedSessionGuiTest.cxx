@@ -26,7 +26,7 @@ void IntraoperativeGuiTest::TheSessionIsCompleteExportedAndReplayedBitByBit() {
   page_->Key(Qt::Key_M);
   QTest::qWait(300);
   page_->Click("stop");
-  QCOMPARE(page_->widget->CurrentStep(), qKerfIntraoperativeWidget::Close);
+  QTRY_COMPARE_WITH_TIMEOUT(page_->widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
   const fs::path session = page_->widget->Desk().SessionPath();
   QVERIFY(session.parent_path().filename() == "sessions");
   for (const char* name :
@@ -99,8 +99,16 @@ void IntraoperativeGuiTest::TheSessionIsPlayedAgainInTheWindow() {
   click_at(last);
   QTRY_VERIFY(shows(last));
   const auto end = page_->widget->Shown();
-  QCOMPARE(end->cuts.size(), std::size_t(1));  // the other was drawn after the last picture
+  // What was decided after the last picture is shown over it: the cut that was drawn and undone.
+  QCOMPARE(end->cuts.size(), std::size_t(2));
   QVERIFY(end->cuts[0].state == CutItem::State::Applied && end->cuts[0].before);
+  QVERIFY(end->cuts[1].state == CutItem::State::Rejected);
+  click_at(last - 1);
+  QTRY_VERIFY(shows(last - 1));
+  QCOMPARE(page_->widget->Shown()->cuts.size(), std::size_t(1));
+  QVERIFY(page_->widget->Shown()->frame.image->data == end->frame.image->data);
+  click_at(last);
+  QTRY_VERIFY(shows(last));
   const QImage picture = page_->widget->View()->Picture().copy();
   click_at(10);
   QTRY_VERIFY(shows(10));

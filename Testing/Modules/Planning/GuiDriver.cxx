@@ -16,6 +16,7 @@
 
 #include "Application/qKerfApplicationHost.h"
 #include "Application/qKerfMainWindow.h"
+#include "Support/MeteredApplication.h"
 
 GuiDriver::GuiDriver(const QString& folder)
     : window_(new qKerfMainWindow(folder + "/kerf.ini", {KERF_TEST_PLUGINS})) {
@@ -134,7 +135,7 @@ std::unique_ptr<QApplication> MakeGuiApplication(int& argc, char** argv) {
   format.setSamples(0);
   QSurfaceFormat::setDefaultFormat(format);
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
-  auto app = std::make_unique<QApplication>(argc, argv);
+  auto app = std::make_unique<kerf::testing::MeteredApplication>(argc, argv);
   setlocale(LC_NUMERIC, "C");  // Qt has set the machine's
   return app;
 }
