@@ -15,6 +15,8 @@ namespace fs = std::filesystem;
 namespace kerf {
 namespace {
 
+constexpr int kOpen_ms = 6000, kSilent_ms = 2000;  // of a network stream
+
 std::string SizeText(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
@@ -103,7 +105,12 @@ class StreamSource : public CheckedSource {
     // FFmpeg's own complaints go to stderr without a file name; ours name file and frame.
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     const bool device = path.rfind("/dev/", 0) == 0;
-    if (!capture_.open(path, device ? cv::CAP_V4L2 : cv::CAP_FFMPEG))
+    std::vector<int> parameters;
+    // A stream that has gone silent is given up early, so that it can be opened anew.
+    if (live && !device)
+      parameters = {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, kOpen_ms, cv::CAP_PROP_READ_TIMEOUT_MSEC,
+                    kSilent_ms};
+    if (!capture_.open(path, device ? cv::CAP_V4L2 : cv::CAP_FFMPEG, parameters))
       throw InputError(path, "",
                        live ? "the stream cannot be opened"
                             : "cannot be opened as a video: truncated or not a video");

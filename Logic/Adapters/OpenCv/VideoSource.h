@@ -32,7 +32,7 @@ class VideoSource : public FrameSource {
 /// Opens a video file, a folder of images (in natural order of their names), a printf pattern such
 /// as `frames/%05d.png`, a device (`/dev/video0`) or a URL (`rtsp://…`).
 /// @throws InputError naming the file and the frame: missing, empty, nothing readable, fewer frames
-/// than wanted;
+/// than wanted; a network stream that does not answer within 6 s. It ends after 2 s of silence.
 ///   `Next` throws it when the size changes from one frame to the next
 std::unique_ptr<VideoSource> OpenVideo(const std::string& path, const VideoOptions& options = {});
 
