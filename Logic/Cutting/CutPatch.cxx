@@ -6,9 +6,11 @@
 namespace kerf {
 namespace {
 
-constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+constexpr double kInside = -1e-12;  // a weight of a point that a tetrahedron holds
 
 }  // namespace
+
+double CosineOf(double angle_deg) { return std::cos(angle_deg * M_PI / 180); }
 
 double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const Vec3 ab = b - a, ac = c - a, ad = d - a;
@@ -50,21 +52,25 @@ CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vect
     }
     tets.push_back(tet);
   }
-  star.resize(vertices.size());
   std::vector<int> count(vertices.size(), 0);
   for (const Tet& tet : tets)
     for (int v : tet.v) ++count[v];
-  for (std::size_t v = 0; v < star.size(); ++v) star[v].reserve(count[v] + 4);
+  star.Reserve(2 * vertices.size(), 8 * tets.size());
+  for (int tets_of_vertex : count) star.Add(tets_of_vertex + 4);
   std::fill(count.begin(), count.end(), 0);
-  for (std::size_t t = 0; t < tets.size(); ++t)
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    const auto& v = tets[t].v;
+    double length[4][4];
+    for (int k = 0; k < 4; ++k)
+      for (int j = k + 1; j < 4; ++j)
+        length[k][j] = length[j][k] = (vertices[v[k]].rest - vertices[v[j]].rest).norm();
     for (int k = 0; k < 4; ++k) {
-      star[tets[t].v[k]].push_back(static_cast<int>(t));
+      star.Push(v[k], static_cast<int>(t));
       for (int j = 0; j < 4; ++j)
-        if (j != k)
-          vertices[tets[t].v[k]].size_mm +=
-              (vertices[tets[t].v[k]].rest - vertices[tets[t].v[j]].rest).norm();
-      count[tets[t].v[k]] += 3;
+        if (j != k) vertices[v[k]].size_mm += length[k][j];
+      count[v[k]] += 3;
     }
+  }
   for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].size_mm /= count[v];
 }
 
@@ -82,29 +88,49 @@ void CutPatch::MarkCore(const std::vector<int>& of_tets) {
     for (int v : tets[t].v) vertices[v].core = true;
 }
 
-void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
-  struct Face {
-    std::uint64_t edge;
-    FanFace oriented;
-  };
-  std::vector<Face> faces;
-  faces.reserve(3 * star[v].size());
-  for (int t : star[v])
-    for (const auto& f : kFaces)
-      for (int k = 0; k < 3; ++k)
-        if (tets[t].v[f[k]] == v) {
-          const int a = tets[t].v[f[(k + 1) % 3]], b = tets[t].v[f[(k + 2) % 3]];
-          faces.push_back({EdgeKey(a, b), {a, b}});
-        }
-  std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return a.edge < b.edge; });
-  fan->clear();
-  for (std::size_t i = 0; i < faces.size();) {
-    std::size_t j = i + 1;
-    while (j < faces.size() && faces[j].edge == faces[i].edge) ++j;
-    if (j == i + 1) fan->push_back(faces[i].oriented);
-    i = j;
+void CutPatch::FacesAt(int v, std::vector<FaceAt>* faces) const {
+  // The corners of the three faces at a corner, from it on.
+  constexpr int kFan[4][3][2] = {{{3, 2}, {1, 3}, {2, 1}},
+                                 {{2, 3}, {3, 0}, {0, 2}},
+                                 {{3, 1}, {0, 3}, {1, 0}},
+                                 {{1, 2}, {2, 0}, {0, 1}}};
+  constexpr std::size_t kSmall = 256;
+  const ShortLists::List around = star[v];
+  std::size_t slots = kSmall;
+  while (slots < 6 * std::size_t(around.size())) slots *= 2;
+  std::array<int, kSmall> small;
+  std::vector<int> large(slots > kSmall ? slots : 0);
+  int* const table = slots > kSmall ? large.data() : small.data();  // 1 + place in `faces`, or 0
+  std::fill_n(table, slots, 0);
+  faces->clear();
+  for (int i = 0; i < around.size(); ++i) {
+    const auto& corners = tets[around[i]].v;
+    const int corner = v == corners[0] ? 0 : v == corners[1] ? 1 : v == corners[2] ? 2 : 3;
+    for (const auto& ends : kFan[corner]) {
+      const int a = corners[ends[0]], b = corners[ends[1]];
+      const std::uint64_t edge = EdgeKey(a, b);
+      std::size_t at = (edge * 0x9E3779B97F4A7C15u >> 32) & (slots - 1);
+      while (table[at] > 0 && (*faces)[table[at] - 1].edge != edge) at = (at + 1) & (slots - 1);
+      if (table[at] > 0) {
+        (*faces)[table[at] - 1].other = i;
+      } else {
+        faces->push_back({edge, {a, b}, i, -1});
+        table[at] = static_cast<int>(faces->size());
+      }
+    }
   }
+}
+
+void CutPatch::BoundaryFan(int v, std::vector<FanFace>* fan) const {
+  std::vector<FaceAt> faces;
+  FacesAt(v, &faces);
+  faces.erase(std::remove_if(faces.begin(), faces.end(),
+                             [](const FaceAt& face) { return face.other >= 0; }),
+              faces.end());
+  std::sort(faces.begin(), faces.end(),
+            [](const FaceAt& a, const FaceAt& b) { return a.edge < b.edge; });
+  fan->clear();
+  for (const FaceAt& face : faces) fan->push_back(face.ends);
 }
 
 std::vector<int> CutPatch::Around(int a, int b) const {
@@ -159,7 +185,7 @@ int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
   vertex.core = true;
   vertex.size_mm = 0.5 * (vertices[a].size_mm + vertices[b].size_mm);
   vertices.push_back(vertex);
-  star.emplace_back();
+  star.Add(16);
   for (int old : Around(a, b)) {
     Tet half = tets[old];
     for (int k = 0; k < 4; ++k) {  // the face between the halves is a new one
@@ -174,11 +200,11 @@ int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
     const int fresh = static_cast<int>(tets.size());
     half.changed = tets[old].changed = true;
     tets.push_back(half);
-    star[b].erase(std::find(star[b].begin(), star[b].end(), old));
+    star.RemoveIf(b, [old](int t) { return t == old; });
     for (int x : half.v)
-      if (x != m) star[x].push_back(fresh);
-    star[m].push_back(old);
-    star[m].push_back(fresh);
+      if (x != m) star.Push(x, fresh);
+    star.Push(m, old);
+    star.Push(m, fresh);
   }
   return m;
 }
@@ -196,6 +222,21 @@ void CutPatch::Move(int v, const Vec3& to, const CutPatch& before) {
   for (int t : star[v]) tets[t].changed = true;
 }
 
+bool CutPatch::TryMove(int v, const Vec3& to, double worst_allowed, const CutPatch& before) {
+  const Vertex old = vertices[v];
+  const double current_before = deformed ? WorstCurrentAround(v) : 0;
+  vertices[v].rest = to;
+  if (WorstCosineAround(v) <= worst_allowed) {
+    vertices[v].rest = old.rest;
+    Move(v, to, before);
+    if (!deformed ||
+        WorstCurrentAround(v) <= std::max(CosineOf(1.5), std::min(current_before, 1.0)))
+      return true;
+  }
+  vertices[v] = old;
+  return false;
+}
+
 int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* weights) const {
   int best = -1;
   double inside = -1e300;
@@ -211,7 +252,7 @@ int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* 
   };
   for (int t : near_sources) {
     visit(t);
-    if (inside >= -1e-12) return best;
+    if (inside >= kInside) return best;
   }
   std::vector<std::uint64_t> more((tets.size() + 63) / 64, 0);  // a bit for each tetrahedron
   for (int t : near_sources)
@@ -220,7 +261,7 @@ int CutPatch::Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* 
   for (std::size_t word = 0; word < more.size(); ++word)
     for (std::uint64_t bits = more[word]; bits != 0; bits &= bits - 1) {
       visit(static_cast<int>(64 * word) + __builtin_ctzll(bits));
-      if (inside >= -1e-12) return best;
+      if (inside >= kInside) return best;
     }
   return best;
 }

@@ -5,8 +5,12 @@
 
 #include "Core/TopologyChange.h"
 #include "Cutting/EdgeKey.h"
+#include "Cutting/ShortLists.h"
 
 namespace kerf {
+
+/// Corners of the face opposite to each corner, counter-clockwise seen from outside.
+inline constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 /// The part of a tetra mesh that a cut may change, in numbers of its own: small enough to copy, try
 /// and throw away. Frozen vertices have tetrahedra outside the patch and stay as they are.
@@ -25,18 +29,23 @@ class CutPatch {
     std::array<int, 4> v;
     int source = -1;  ///< patch tetrahedron (before the cut) that it was cut out of
     std::uint8_t region = 1;
-    bool alive = true;
     bool changed = false;
     std::uint8_t opened = 0;  ///< bit k: this cut opened the face opposite to corner k
+  };
+  /// A face at a vertex, by the edge opposite to it.
+  struct FaceAt {
+    std::uint64_t edge;
+    std::array<int, 2> ends;  ///< of the edge, counter-clockwise seen from outside `tet`
+    int tet, other;           ///< on its two sides, places in `star`; other −1: boundary
   };
   /// A boundary triangle at a vertex: the two other corners, seen counter-clockwise from outside.
   using FanFace = std::array<int, 2>;
 
   std::vector<Vertex> vertices;
   std::vector<Tet> tets;
-  std::vector<std::vector<int>> star;  ///< vertex → alive tetrahedra, ascending order of creation
-  std::vector<Index> old_tet;          ///< of the first tetrahedra: index in the whole mesh
-  bool deformed = false;               ///< `current` differs from `rest` and has to stay positive
+  ShortLists star;             ///< vertex → its tetrahedra, in the order of their creation
+  std::vector<Index> old_tet;  ///< of the first tetrahedra: index in the whole mesh
+  bool deformed = false;       ///< `current` differs from `rest` and has to stay positive
 
   /// The tetrahedra `chosen` of the whole mesh. @param inner N: vertex has no tetrahedra outside
   /// the patch
@@ -48,6 +57,8 @@ class CutPatch {
   /// Marks the corners of these tetrahedra, and no others.
   void MarkCore(const std::vector<int>& of_tets);
 
+  /// Each face at v once.
+  void FacesAt(int v, std::vector<FaceAt>* faces) const;
   /// Boundary triangles of the organ around an inner vertex.
   void BoundaryFan(int v, std::vector<FanFace>* fan) const;
   bool Has(int tet, int v) const {
@@ -69,12 +80,17 @@ class CutPatch {
   /// Moves a vertex at rest, its current position with the material.
   void Move(int v, const Vec3& to, const CutPatch& before);
 
+  /// Moves v if the tetrahedra around it stay good, at rest by this cosine and as deformed; puts
+  /// everything back otherwise.
+  bool TryMove(int v, const Vec3& to, double worst_allowed, const CutPatch& before);
+
   /// The tetrahedron of the patch before the cut that holds p, looked for around the sources of
   /// `near`; never across an earlier cut. Weights may be slightly negative at a moved boundary.
   int Locate(const Vec3& p, const std::vector<int>& near_sources, Vec4* weights) const;
   Vec3 CurrentOf(int tet, const Vec4& weights) const;
 };
 
+double CosineOf(double angle_deg);
 double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 }  // namespace kerf

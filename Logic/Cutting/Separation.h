@@ -25,8 +25,4 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch);
 /// Where a later sheet has moved one side of them a face has no pair and is left out.
 std::vector<OpenedFace> OpenedFaces(const CutPatch& patch);
 
-/// Tetrahedra of the patch, ascending, with an edge that S crosses or a face on S that is not open:
-/// where there is something to cut.
-std::vector<int> TetsToWorkOn(const SurfaceIndex& surface, CutPatch near);
-
 }  // namespace kerf

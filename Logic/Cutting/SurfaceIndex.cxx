@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kLeafSize = 4;
 constexpr double kAside_mm = 1e-9;  // rounding of distances from a plane
+constexpr double kBeyond = 1e-3;    // of a segment, looked at beyond the part that is asked for
 
 double BoxDistance2(const Vec3& low, const Vec3& high, const Vec3& p) {
   return (low - p).cwiseMax(p - high).cwiseMax(0.0).squaredNorm();
@@ -127,12 +128,20 @@ int SurfaceIndex::Build(int first, int count, std::vector<Place>* places) {
     }
     int axis;
     (center_high - center_low).maxCoeff(&axis);
-    const int half = count / 2;
     const auto begin = places->begin() + first;
-    std::nth_element(begin, begin + half, begin + count, [&](const Place& a, const Place& b) {
-      return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis]
-                                              : a.triangle < b.triangle;
-    });
+    // In the middle of the room they take; where that is lopsided, in the middle of their number.
+    const double middle = 0.5 * (center_low[axis] + center_high[axis]);
+    int half = static_cast<int>(
+        std::partition(begin, begin + count,
+                       [&](const Place& place) { return place.center[axis] < middle; }) -
+        begin);
+    if (std::min(half, count - half) < count / 4) {
+      half = count / 2;
+      std::nth_element(begin, begin + half, begin + count, [&](const Place& a, const Place& b) {
+        return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis]
+                                                : a.triangle < b.triangle;
+      });
+    }
     left = Build(first, half, places);
     right = Build(first + half, count - half, places);
     low = nodes_[left].low.cwiseMin(nodes_[right].low);
@@ -215,22 +224,29 @@ bool SurfaceIndex::BorderWithin(const Vec3& p, double distance_mm) const {
   return false;
 }
 
-void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const {
+void SurfaceIndex::Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t, double from,
+                             double to) const {
   t->clear();
   if (Empty()) return;
-  const Vec3 low = a.cwiseMin(b), high = a.cwiseMax(b), ab = b - a;
+  const Vec3 ab = b - a;
+  // Where boxes and slabs are looked at: a little more than what is asked for.
+  const Vec3 start = from > 0 ? Vec3(a + (from - kBeyond) * ab) : a;
+  const Vec3 end = to < 1 ? Vec3(a + (to + kBeyond) * ab) : b;
+  const Vec3 low = start.cwiseMin(end), high = start.cwiseMax(end), way = end - start;
   int stack[64], top = 0;
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[stack[--top]];
     if (!BoxesMeet(node.low, node.high, low, high)) continue;
-    const double at_a = node.normal.dot(a), at_b = node.normal.dot(b);
-    if ((at_a > node.front && at_b > node.front) || (at_a < node.back && at_b < node.back))
+    const double at_start = node.normal.dot(start), at_end = node.normal.dot(end);
+    if ((at_start > node.front && at_end > node.front) ||
+        (at_start < node.back && at_end < node.back))
       continue;
-    if (std::abs(at_b - at_a) > kAside_mm) {  // only the piece between the two planes counts
-      const double enters = std::clamp((node.back - at_a) / (at_b - at_a), 0.0, 1.0);
-      const double leaves = std::clamp((node.front - at_a) / (at_b - at_a), 0.0, 1.0);
-      const Vec3 p = a + enters * ab, q = a + leaves * ab, slack = Vec3::Constant(1e-6);
+    if (std::abs(at_end - at_start) > kAside_mm) {  // only the piece between the two planes counts
+      const double inverse = 1 / (at_end - at_start);
+      const double enters = std::clamp((node.back - at_start) * inverse, 0.0, 1.0);
+      const double leaves = std::clamp((node.front - at_start) * inverse, 0.0, 1.0);
+      const Vec3 p = start + enters * way, q = start + leaves * way, slack = Vec3::Constant(1e-6);
       if (!BoxesMeet(node.low, node.high, p.cwiseMin(q) - slack, p.cwiseMax(q) + slack)) continue;
     }
     for (int i = node.first; i < node.first + node.count; ++i) {

@@ -31,8 +31,10 @@ class SurfaceIndex {
   SurfaceNear Closest(const Vec3& p, double max_distance_mm) const;
   /// Does S end within this distance?
   bool BorderWithin(const Vec3& p, double distance_mm) const;
-  /// Parameters 0 ≤ t ≤ 1 along a–b where S crosses the segment, ascending, equal ones merged.
-  void Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t) const;
+  /// Parameters 0 ≤ t ≤ 1 along a–b where S crosses the segment, ascending, equal ones merged. All
+  /// with `from` ≤ t ≤ `to` are found, others perhaps.
+  void Crossings(const Vec3& a, const Vec3& b, std::vector<double>* t, double from = 0,
+                 double to = 1) const;
   /// Does S come into this box? By boxes and planes of triangles: sometimes yes where it just
   /// misses, never no where it comes in.
   bool MeetsBox(const Vec3& low, const Vec3& high) const;

@@ -1,0 +1,91 @@
+#include "Cutting/CutAttempt.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Cutting/CrossedEdges.h"
+#include "Cutting/ImprovePatch.h"
+#include "Cutting/SnapVertices.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kAsMuch = 0.9;  // of the area that another attempt separates
+
+double AngleOf(double cosine) {
+  return cosine > 1 ? 0 : std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI;
+}
+
+CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
+               const SurfaceIndex& sheet, const RemeshingOptions& options, bool snapping) {
+  CutAttempt attempt{start, {}, 0, 180, 180, false};
+  RemeshingOptions used = options;
+  if (!snapping) used.snap_fraction = used.accept_fraction = 0;
+  attempt.snapped = SnapVertices(sheet, used, before, &near, &attempt.patch);
+  if (!SplitCrossedEdges(sheet, near, &attempt.patch)) {
+    attempt.given_up = true;
+    return attempt;
+  }
+  if (snapping) ImprovePatch(sheet, used, before, &attempt.patch);
+  attempt.separation = OpenFacesOnS(sheet, &attempt.patch);
+  const PatchAngles angles = SmallestAngles(attempt.patch, true);
+  attempt.angle_deg = angles.rest_deg;
+  attempt.angle_current_deg = angles.current_deg;
+  return attempt;
+}
+
+}  // namespace
+
+PatchAngles SmallestAngles(const CutPatch& patch, bool only_changed) {
+  double worst = -1, worst_current = -1;
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    if (only_changed && !patch.tets[t].changed) continue;
+    worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
+    if (patch.deformed)
+      worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
+  }
+  return {AngleOf(worst), AngleOf(worst_current)};
+}
+
+std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutPatch* start_patch,
+                                   const CutOptions& options, const PatchAngles& required) {
+  CutPatch& start = *start_patch;
+  const CoreNear near = sheet->NearOf(start);
+  MarkVerticesOnS(sheet->index, near, &start);
+  std::optional<CutAttempt> best;
+  bool separates = false;
+  int idle = 0;
+  for (double factor : {1.0, 0.7, 1.25, 0.45}) {
+    RemeshingOptions remeshing;
+    remeshing.snap_fraction = factor * options.snap_fraction;
+    CutAttempt attempt = Try(before, start, near, sheet->index, remeshing, options.snapping);
+    // Where the boundary would touch itself in a vertex, that vertex is better not on S.
+    for (int v : attempt.separation.pinched)
+      if (v < static_cast<int>(start.vertices.size())) remeshing.off.push_back(v);
+    if (!remeshing.off.empty() && options.snapping) {
+      CutAttempt clear = Try(before, start, near, sheet->index, remeshing, true);
+      const bool shaped = clear.angle_deg >= required.rest_deg &&
+                          (!before.deformed || clear.angle_current_deg >= required.current_deg);
+      if (!clear.given_up && shaped && clear.separation.closed < attempt.separation.closed &&
+          clear.separation.area_mm2 >= kAsMuch * attempt.separation.area_mm2)
+        attempt = std::move(clear);
+    }
+    if (attempt.given_up) {
+      separates = true;
+      continue;
+    }
+    if (attempt.separation.faces.empty()) {
+      if (++idle == 2 && !separates) break;  // S only touches the organ
+      continue;
+    }
+    separates = true;
+    if (attempt.angle_current_deg < required.current_deg && before.deformed) continue;
+    if (!best || attempt.angle_deg > best->angle_deg) best = std::move(attempt);
+    if (best->angle_deg >= std::min(6.0, 2 * options.min_dihedral_deg) || !options.snapping) break;
+  }
+  if (best && options.snapping && best->angle_deg < required.rest_deg) best.reset();
+  sheet->refused = separates && !best;
+  return best;
+}
+
+}  // namespace kerf
