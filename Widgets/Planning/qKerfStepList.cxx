@@ -67,7 +67,7 @@ qKerfStepList::qKerfStepList(QWidget* parent)
   }
   sentence_->setObjectName("stepSentence");
   sentence_->setWordWrap(true);
-  sentence_->setMinimumHeight(36);
+  sentence_->setMinimumHeight(52);  // three lines: the steps below it never move
   sentence_->setAlignment(Qt::AlignTop | Qt::AlignLeft);
   sentence_->setContentsMargins(4, 4, 4, 0);
   column->addWidget(sentence_);

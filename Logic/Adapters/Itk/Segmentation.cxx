@@ -151,7 +151,8 @@ LabelMap SegmentCt(const Volume& ct, const SegmentationRequest& request, Progres
       seeds = {FindLiverSeed(ct, knowledge, search)};
     else
       throw InputError(request.seeds_source.empty() ? ct.source : request.seeds_source,
-                       "organ seed", "a kidney needs one: there are two of them");
+                       "organ seed",
+                       "there are two kidneys: place one seed in the kidney that is meant");
   }
   return Segment(ct, knowledge, request, seeds, progress, report);
 }
