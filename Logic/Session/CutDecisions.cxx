@@ -58,13 +58,15 @@ bool RegistrationSession::TakeOut(int cut) {
       if (static_cast<int>(i) == cut || !InModel(static_cast<int>(i))) others[i].in_model = false;
     if (auto model = CutAnew(others, options_, state_, true)) {
       Adopt(std::move(*model), options_, engine, &state_);
+      // The models before later cuts still hold this one: theirs is now the one before it.
+      for (auto later = found + 1; later != applied_.end(); ++later) later->before = found->before;
       applied_.erase(found);
       return true;
     }
   }
-  const auto& then = found->before.cuts;
+  const auto then = found->before.cuts;
   const auto grew = [&](std::size_t earlier) {  // since the model was kept, or not yet there
-    return earlier >= then.size() ||
+    return earlier >= then.size() || !then[earlier].in_model ||
            then[earlier].surface.triangles.rows() != state_.cuts[earlier].surface.triangles.rows();
   };
   RestoreModel(found->before, options_, engine, &state_);
@@ -152,6 +154,7 @@ std::string RegistrationSession::Undo() {
       ModelCut* cut = Cut(last.cut);
       if (!cut || cut->rejected || (InModel(last.cut) && !TakeOut(last.cut))) return {};
       cut->held = true;
+      cut->in_model = false;
       return name + " is a proposal again";
     }
     case Decision::Kind::Rejected:

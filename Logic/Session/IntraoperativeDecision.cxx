@@ -10,6 +10,17 @@ using Kind = IntraoperativeDecision::Kind;
 constexpr Kind kKinds[] = {Kind::AcceptCut, Kind::RejectCut, Kind::Undo,    Kind::DrawCut,
                            Kind::HoldCuts,  Kind::TakeCuts,  Kind::Confirm, Kind::LimitSolver};
 
+/// Ends of a drawn line that were led over the rim, in words; empty where it stayed as it was.
+std::string LedOverRim(const Points& drawn, const Points& made) {
+  constexpr double kMoved_mm = 0.1;
+  if (made.rows() < 2) return {};
+  const int ends = ((made.row(0) - drawn.row(0)).norm() > kMoved_mm) +
+                   ((made.row(made.rows() - 1) - drawn.row(drawn.rows() - 1)).norm() > kMoved_mm);
+  if (ends == 0) return {};
+  return ends == 1 ? " One end was led over the organ's rim, which was near."
+                   : " Both ends were led over the organ's rim, which was near.";
+}
+
 std::vector<double> Flat(const Points& points) {
   return {points.data(), points.data() + points.size()};
 }
@@ -110,9 +121,11 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       decision->cut =
           session->DrawCut(decision->line, decision->direction, decision->depth_mm, &report);
       if (decision->cut < 0) return {false, "The stroke does not meet the organ: nothing is cut."};
-      return {true, "Cut " + std::to_string(decision->cut + 1) +
-                        (report.done ? " drawn: the model is cut."
-                                     : " drawn, but not cut: " + report.reason)};
+      const std::string drawn = "Cut " + std::to_string(decision->cut + 1) + " drawn";
+      if (!report.done) return {true, drawn + ", but not cut: " + report.reason};
+      return {true,
+              drawn + ": the model is cut." +
+                  LedOverRim(decision->line, session->State().cuts[decision->cut].line.points)};
     }
     case Kind::HoldCuts:
       session->HoldCuts(true);

@@ -247,12 +247,17 @@ void IntraoperativeWorker::Implementation::GoOnWithout(const std::string& why) {
 }
 
 void IntraoperativeWorker::Implementation::Run() {
+  std::string why;
   try {
     while (!Stopped()) Round();
   } catch (const std::exception& error) {
-    GoOnWithout(error.what());
+    why = *error.what() ? error.what() : "an error without a name";
   } catch (...) {
-    GoOnWithout("an error without a name");
+    why = "an error without a name";
+  }
+  try {
+    if (!why.empty()) GoOnWithout(why);
+  } catch (...) {  // not even that: the recording is completed all the same
   }
   if (frames > 0)
     WithSink([&](IntraoperativeSink& sink) { sink.Finish(parts.session->State(), last); });

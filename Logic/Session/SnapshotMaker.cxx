@@ -1,5 +1,7 @@
 #include "Session/SnapshotMaker.h"
 
+#include <algorithm>
+
 #include "Geometry/EmbedPoints.h"
 #include "Registration/CutLine.h"
 
@@ -11,6 +13,8 @@ double Length_mm(const Points& line) {
   for (Index i = 0; i + 1 < line.rows(); ++i) sum += (line.row(i + 1) - line.row(i)).norm();
   return sum;
 }
+
+bool InModel(const ModelCut& cut) { return cut.in_model && !cut.held && !cut.rejected; }
 
 }  // namespace
 
@@ -55,13 +59,27 @@ std::shared_ptr<const IntraoperativeSnapshot> SnapshotMaker::LastWithout(std::si
   return nullptr;
 }
 
+std::shared_ptr<const IntraoperativeSnapshot> SnapshotMaker::Valid(
+    std::shared_ptr<const IntraoperativeSnapshot> before, const RegistrationState& state) const {
+  const auto taken_out = [&](const CutItem& cut) {
+    return cut.state == CutItem::State::Applied && !InModel(state.cuts[cut.number]);
+  };
+  while (before) {
+    const auto& cuts = before->cuts;
+    const auto stale = std::find_if(cuts.begin(), cuts.end(), taken_out);
+    if (stale == cuts.end()) break;
+    before = stale->before;
+  }
+  return before;
+}
+
 void SnapshotMaker::Cuts(const SessionFrame& report, const RegistrationState& state,
                          IntraoperativeSnapshot* out) {
   for (std::size_t i = 0; i < state.cuts.size(); ++i) {
     const ModelCut& cut = state.cuts[i];
     if (i == known_.size()) known_.push_back({report.time_s, false, nullptr});
     Known& known = known_[i];
-    const bool in_model = cut.in_model && !cut.held && !cut.rejected;
+    const bool in_model = InModel(cut);
     if (in_model && !known.in_model) known.before = LastWithout(i);
     if (!in_model) known.before.reset();
     known.in_model = in_model;
@@ -75,7 +93,7 @@ void SnapshotMaker::Cuts(const SessionFrame& report, const RegistrationState& st
     item.confidence = cut.confidence;
     item.length_mm = Length_mm(cut.line.points);
     item.drawn = cut.drawn;
-    item.before = known.before;
+    item.before = Valid(known.before, state);
     out->cuts.push_back(item);
   }
 }

@@ -33,6 +33,9 @@ class SnapshotMaker {
   void Lines(const RegistrationState& state, IntraoperativeSnapshot* out);
   /// The last snapshot without a cut in its model; rather one whose gate was not off.
   std::shared_ptr<const IntraoperativeSnapshot> LastWithout(std::size_t cut) const;
+  /// Older where `before` still shows a cut that is no longer in the model.
+  std::shared_ptr<const IntraoperativeSnapshot> Valid(
+      std::shared_ptr<const IntraoperativeSnapshot> before, const RegistrationState& state) const;
   void Cuts(const SessionFrame& report, const RegistrationState& state,
             IntraoperativeSnapshot* out);
 

@@ -1,6 +1,8 @@
 // Accept, reject, undo and draw: what a surgeon decides about cuts, and that it can be repeated.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "CrackedBand.h"
 #include "Session/IntraoperativeDecision.h"
 
@@ -100,6 +102,50 @@ TEST(CutDecisions, OneOfTwoDrawnCutsIsTakenOut) {
   EXPECT_TRUE(run.State().positions.allFinite());
   EXPECT_EQ(run.session->Undo(), "cut 1 is back");
   EXPECT_EQ(MeasureQuality(run.State().mesh, run.State().mesh.rest).components, 3);
+}
+
+TEST(CutDecisions, ThreeCutsAreTakenOutInAnyOrderAndComeBack) {
+  const auto pieces = [](const BandRun& run) {
+    return MeasureQuality(run.State().mesh, run.State().mesh.rest).components;
+  };
+  for (const std::array<int, 2>& order : {std::array{0, 1}, {1, 0}, {2, 0}, {0, 2}}) {
+    BandRun run;
+    run.RunTo(3);
+    for (const double x : {-30.0, 0.0, 30.0})
+      ASSERT_GE(run.session->DrawCut(AcrossBand(x), Vec3(0, 0, -1), 0, nullptr), 0);
+    ASSERT_EQ(pieces(run), 4);
+    int left = 3;
+    for (const int cut : order) {
+      ASSERT_TRUE(run.session->RejectCut(cut));
+      EXPECT_EQ(pieces(run), left--);
+      run.Next();
+      EXPECT_TRUE(run.State().positions.allFinite());
+    }
+    for (int there = 3; there < 5; ++there) {
+      EXPECT_NE(run.session->Undo(), "");
+      EXPECT_EQ(pieces(run), there);
+    }
+  }
+}
+
+TEST(CutDecisions, AnEndThatIsLedOverTheRimIsSaid) {
+  BandRun run;
+  run.RunTo(3);
+  const auto draw = [&](double x, double from_y, double to_y) {
+    IntraoperativeDecision decision;
+    decision.kind = IntraoperativeDecision::Kind::DrawCut;
+    decision.line.resize(9, 3);
+    for (int i = 0; i < 9; ++i) decision.line.row(i) << x, from_y + (to_y - from_y) * i / 8, 5.0;
+    decision.direction = Vec3(0, 0, -1);
+    const DecisionOutcome outcome = Decide(run.session.get(), &decision);
+    EXPECT_TRUE(outcome.done);
+    return outcome.words;
+  };
+  EXPECT_EQ(draw(-30, -8, 8), "Cut 1 drawn: the model is cut.");
+  const std::string led = draw(0, -8, 18.5);  // the rim is at 20
+  EXPECT_NE(led.find("One end was led over the organ's rim"), std::string::npos) << led;
+  const std::string both = draw(30, -18.5, 18.5);
+  EXPECT_NE(both.find("Both ends"), std::string::npos) << both;
 }
 
 TEST(CutDecisions, AStrokeOverTheImageIsALineAtRest) {

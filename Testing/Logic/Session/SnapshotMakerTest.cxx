@@ -49,6 +49,26 @@ TEST(SnapshotMaker, TheDistanceBetweenPlanAndCutIsExact) {
   }
 }
 
+TEST(SnapshotMaker, WhatWasBeforeACutShowsNoCutThatWasTakenOutSince) {
+  BandRun run;
+  run.RunTo(5);
+  SnapshotMaker maker(Uncut(), {});
+  Frame frame;
+  SessionFrame report;
+  report.reliability.state = GateState::Green;
+  const auto uncut = maker.Make(frame, report, run.State());
+  run.session->DrawCut(AcrossBand(-20), Vec3(0, 0, -1), 0, nullptr);
+  const auto one = maker.Make(frame, report, run.State());
+  run.session->DrawCut(AcrossBand(20), Vec3(0, 0, -1), 0, nullptr);
+  EXPECT_EQ(maker.Make(frame, report, run.State())->cuts[1].before, one);
+  ASSERT_TRUE(run.session->RejectCut(0));
+  const auto rejected = maker.Make(frame, report, run.State());
+  EXPECT_EQ(rejected->cuts[0].before, nullptr);
+  EXPECT_EQ(rejected->cuts[1].before, uncut);
+  EXPECT_NE(run.session->Undo(), "");
+  EXPECT_EQ(maker.Make(frame, report, run.State())->cuts[1].before, one);
+}
+
 TEST(SnapshotMaker, ATiltedPlanIsFartherWhereItTilts) {
   BandRun run;
   run.RunTo(5);
