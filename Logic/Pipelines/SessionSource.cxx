@@ -44,7 +44,9 @@ std::optional<Frame> SessionSource::Next() {
   if (next_ >= frames_.size()) return std::nullopt;
   const RecordedFrame& recorded = frames_[next_];
   Frame frame;
-  if (video_) {
+  if (video_ && last_read_ && last_read_->index == recorded.source_frame) {
+    frame = *last_read_;  // looked at once more
+  } else if (video_) {
     do {
       std::optional<Frame> read = video_->Next();
       if (!read)
@@ -54,6 +56,7 @@ std::optional<Frame> SessionSource::Next() {
       frame = std::move(*read);
       video_next_ = frame.index + 1;
     } while (frame.index < recorded.source_frame);
+    last_read_ = frame;
   } else {
     const std::string path = In(session_, fmt::format("frames/{:06d}.jpg", recorded.number));
     std::optional<Image> image = ReadImageFile(path);

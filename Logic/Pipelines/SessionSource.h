@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "Core/Frame.h"
 #include "Pipelines/SessionFolder.h"
@@ -29,6 +30,7 @@ class SessionSource : public FrameSource {
   SessionFolder session_;
   std::vector<RecordedFrame> frames_;
   std::unique_ptr<VideoSource> video_;  ///< none where pictures were recorded one by one
+  std::optional<Frame> last_read_;      ///< of `video_`
   int video_next_ = 0;                  ///< number of the frame that `video_` reads next
   std::size_t next_ = 0;
   int width_ = 0, height_ = 0;

@@ -11,6 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr double kLook_s = 0.1;           // how often a silent source is looked at
+constexpr int kSettle = 5;                // looks at the last picture of all after a decision
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
@@ -48,6 +49,7 @@ struct IntraoperativeWorker::Implementation {
   std::string recording_problem, said, stopped;
   int said_number = 0;
   SessionFrame last;
+  std::optional<CapturedFrame> last_captured;
 
   bool Stopped() const {
     const std::lock_guard lock(mutex);
@@ -213,11 +215,17 @@ void IntraoperativeWorker::Implementation::Round() {
   if (captured) {
     if (source_kind != SourceState::Kind::Running) WatchSource();
     Register(*captured);
+    last_captured = captured;
     return;
   }
   WatchSource();
   // Decisions are answered and shown while no picture comes, too.
   if (decisions.empty() || frames == 0) return;
+  if (source_kind ==
+      SourceState::Kind::Ended) {  // nor will one come: the model settles on the last
+    for (int look = 0; look < kSettle; ++look) Register(*last_captured);
+    return;
+  }
   const auto shown = Latest();
   if (shown) Publish(Describe(shown->frame, last, shown->captured));
 }

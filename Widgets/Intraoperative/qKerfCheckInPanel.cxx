@@ -76,6 +76,7 @@ qKerfCheckInPanel::qKerfCheckInPanel(QWidget* parent) : QWidget(parent) {
   go_on_ = new QPushButton(tr("Register the organ"));
   go_on_->setObjectName("register");
   go_on_->setMinimumHeight(44);
+  go_on_->setProperty("primary", true);
   go_on_->setEnabled(false);
   layout->addWidget(go_on_);
 

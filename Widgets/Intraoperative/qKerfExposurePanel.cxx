@@ -75,6 +75,7 @@ qKerfExposurePanel::qKerfExposurePanel(QWidget* parent) : QWidget(parent) {
   layout->addWidget(fit_);
   accept_ = new QPushButton(tr("Accept the registration"));
   accept_->setObjectName("accept_registration");
+  accept_->setProperty("primary", true);
   accept_->setMinimumHeight(52);
   accept_->setStyleSheet("font-size: 14pt; font-weight: bold;");
   layout->addWidget(accept_);

@@ -1,4 +1,5 @@
 // Run and close: the part of the page that takes decisions.
+#include <QDir>
 #include <QLabel>
 #include <QLineF>
 #include <QListWidget>
@@ -14,6 +15,7 @@ namespace {
 using Kind = kerf::IntraoperativeDecision::Kind;
 using Clock = std::chrono::steady_clock;
 constexpr double kStrokeStep_px = 4.0;
+constexpr std::chrono::milliseconds kFigures(500);
 
 }  // namespace
 
@@ -76,8 +78,14 @@ void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
 
 void qKerfIntraoperativeWidget::TickRun() {
   const auto latest = desk_.Latest();
+  if (latest && latest == shown_ && Clock::now() - figures_at_ > kFigures) {
+    figures_at_ = Clock::now();  // pictures may have stopped: the figures of then are none of now
+    const bool quiet = figures_at_ - latest->captured > std::chrono::seconds(1);
+    ShowFigures(desk_.Source(), quiet ? 0.0 : latest->registered_fps);
+  }
   if (!latest || latest == shown_) return;
-  const bool new_picture = !shown_ || shown_->captured != latest->captured;
+  const bool new_picture = shown_picture_ != latest->captured;
+  shown_picture_ = latest->captured;
   Show(latest, desk_.Camera());
   run_->Update(*latest);
   if (new_picture) {
@@ -166,7 +174,9 @@ void qKerfIntraoperativeWidget::ExportAll() {
       tr("Exporting"),
       [this, files](kerf::Progress& progress) { *files = desk_.ExportAll(progress); },
       [this, files] {
-        for (const std::string& file : *files) exported_->addItem(QString::fromStdString(file));
+        const QDir session(QString::fromStdString(desk_.SessionPath()));
+        for (const std::string& file : *files)
+          exported_->addItem(session.relativeFilePath(QString::fromStdString(file)));
         export_->setEnabled(true);
         services_.say(tr("%n file(s) exported.", "", static_cast<int>(files->size())));
       },

@@ -29,6 +29,7 @@ constexpr int kSide_px = 380;
 
 qKerfIntraoperativeWidget::qKerfIntraoperativeWidget(Services services, QWidget* parent)
     : QWidget(parent), services_(std::move(services)) {
+  setObjectName("intraoperativePage");
   if (!services_.run)
     services_.run = [](const QString&, auto work, auto done, auto failed) {
       kerf::Progress silent;

@@ -165,6 +165,6 @@ class qKerfIntraoperativeWidget : public QWidget {
   int review_frame_ = 0;
   bool playing_ = false, before_on_ = false;
   std::chrono::steady_clock::time_point played_at_;
-  std::chrono::steady_clock::time_point shown_picture_;
+  std::chrono::steady_clock::time_point shown_picture_, figures_at_;
   std::deque<std::chrono::steady_clock::time_point> shown_at_;
 };

@@ -11,31 +11,15 @@
 #include <QtTest>
 #include <filesystem>
 
-#include "Adapters/Itk/VolumeFiles.h"
-#include "Adapters/OpenCv/CameraFile.h"
-#include "CaseIO/StudyFolder.h"
 #include "Common/qKerfTheme.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfVideoView.h"
-#include "Pipelines/PlanPipeline.h"
+#include "PlannedStudy.h"
 #include "Support/MeteredApplication.h"
 #include "Support/TestDisplay.h"
 
 /// What the GUI tests share: a planned case of a study, the page in a window, and hands.
 namespace kerf::testing {
-
-inline std::string PlanStudyCase(const std::string& study_folder, const std::string& case_folder,
-                                 int tetrahedra) {
-  const Study study = OpenStudy(study_folder);
-  MeshingOptions meshing;
-  meshing.tetrahedra = tetrahedra;
-  Progress silent;
-  PlannedCase planned = PlanFromLabels(ReadLabelMap(study.labels), meshing, silent);
-  planned.camera = ReadCameraFile(study.camera);
-  planned.landmarks = ReadCaseLandmarks(study.landmarks);
-  WriteCase(planned, case_folder, {{"input", "labels.nii.gz"}});
-  return case_folder;
-}
 
 struct Page {
   explicit Page(QSize size = {1500, 860}) {

@@ -8,6 +8,7 @@
 #include "CaseIO/JournalRead.h"
 #include "GuiScene.h"
 #include "MjpegServer.h"
+#include "Pipelines/SessionPlayback.h"
 
 using namespace kerf;
 using namespace kerf::testing;
@@ -109,6 +110,13 @@ void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->source.Usable(), 20000);
   QVERIFY(page.Latest()->source.reconnects >= 1);
 
+  // A cut drawn while no picture comes, and none comes any more.
+  page.Key(Qt::Key_C);
+  camera.SetSilent(true);
+  QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->gate == GateState::Off, 10000);
+  page.Key(Qt::Key_D);
+  page.Drag({330, 340}, {330, 200});
+  QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->cuts.size() == 1, 10000);
   page.Click("stop");
   QTRY_COMPARE_WITH_TIMEOUT(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
   const fs::path session = page.widget->Desk().SessionPath();
@@ -118,7 +126,17 @@ void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
     events.insert(entry.event);
   QVERIFY(events.count("source lost") >= 2 && events.count("source running") >= 2);
-  QCOMPARE(events.count("registration confirmed"), std::size_t(1));
+  QVERIFY(events.count("registration confirmed") >= 1);
+  page.Click("play_session");
+  SessionPlayback* playback = page.widget->Playback();
+  const int last = playback->FrameCount() - 1;
+  QCOMPARE(last, int(ReadRecordedFrames(session.string()).size()));  // one more than recorded
+  QTRY_VERIFY2_WITH_TIMEOUT(playback->Ready() == last + 1 || !playback->Problem().empty(),
+                            playback->Problem().c_str(), 120000);
+  QCOMPARE(playback->Problem(), std::string());
+  QVERIFY(playback->At(last - 1)->cuts.empty());
+  QCOMPARE(playback->At(last)->cuts.size(), std::size_t(1));
+  page.Click("step1");
   QVERIFY2(page.problems.isEmpty(), qPrintable(page.problems.join("\n")));
   fs::remove_all(session);
 }
