@@ -265,6 +265,10 @@ void IntraoperativeDesk::Post(IntraoperativeDecision decision) {
   if (worker_) worker_->Post(std::move(decision));
 }
 
+void IntraoperativeDesk::Clamp(bool closed) {
+  if (worker_) worker_->Note(closed ? "clamp closed" : "clamp opened", {});
+}
+
 void IntraoperativeDesk::Mark(const std::string& text) {
   if (worker_) worker_->Note("mark", {{"text", text}});
 }

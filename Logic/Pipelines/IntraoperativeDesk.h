@@ -80,6 +80,8 @@ class IntraoperativeDesk {
   const CameraModel& Camera() const { return camera_; }
   void Post(IntraoperativeDecision decision);
   void Mark(const std::string& text);
+  /// The artery is clamped, or open again: for the journal.
+  void Clamp(bool closed);
   /// Keeps a picture in the session. @return its path; empty where nothing is recorded
   std::string KeepPicture(const Image& image, int frame);
   /// Ends the run; the recording is complete afterwards.

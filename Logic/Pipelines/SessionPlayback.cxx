@@ -78,7 +78,8 @@ std::string Words(const JournalEntry& entry) {
 std::optional<PlaybackEvent::Kind> KindOf(const std::string& event) {
   using Kind = PlaybackEvent::Kind;
   if (event == "cut proposed" || event == "cut applied" || event == "cut refused") return Kind::Cut;
-  if (event == "mark" || event == "snapshot") return Kind::Mark;
+  for (const char* mark : {"mark", "snapshot", "clamp closed", "clamp opened"})
+    if (event == mark) return Kind::Mark;
   if (event == "source lost" || event == "source running" || event == "confirmation needed" ||
       event == kRegistrationStopped)
     return Kind::Loss;

@@ -187,6 +187,7 @@ void qKerfIntraoperativeWidget::Accept() {
     stopped_.clear();
     painter_.reset();  // with the accepted camera
     SetOverlay(true);
+    if (clamped_at_) desk_.Clamp(true);  // since the session before
     ShowStep(Run);
     services_.say(tr("Registration accepted."));
   });

@@ -30,6 +30,7 @@ void qKerfIntraoperativeWidget::ConnectRun() {
   connect(run_, &qKerfRunPanel::DrawToggled, this, &qKerfIntraoperativeWidget::SetDrawing);
   connect(run_, &qKerfRunPanel::SnapshotWanted, this, &qKerfIntraoperativeWidget::KeepSnapshot);
   connect(run_, &qKerfRunPanel::MarkWanted, this, [this] { desk_.Mark("button"); });
+  connect(run_, &qKerfRunPanel::ClampToggled, this, &qKerfIntraoperativeWidget::SetClamp);
   connect(run_, &qKerfRunPanel::StopWanted, this, &qKerfIntraoperativeWidget::EndSession);
 
   connect(view_, &qKerfVideoView::Pressed, this, [this](const QPointF& at, Qt::MouseButton button) {
@@ -77,6 +78,7 @@ void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
 }
 
 void qKerfIntraoperativeWidget::TickRun() {
+  if (clamped_at_) ShowClamp();
   const auto latest = desk_.Latest();
   if (latest && latest == shown_ && Clock::now() - figures_at_ > kFigures) {
     figures_at_ = Clock::now();  // pictures may have stopped: the figures of then are none of now
@@ -102,6 +104,24 @@ void qKerfIntraoperativeWidget::TickRun() {
         tr("The registration has stopped: %1. What was recorded is kept. Register "
            "again (step 2), or end the session.")
             .arg(QString::fromStdString(stopped_)));
+}
+
+void qKerfIntraoperativeWidget::SetClamp(bool closed) {
+  if (step_ == Run && closed != clamped_at_.has_value()) {
+    if (clamped_at_) clamped_before_ += Clock::now() - *clamped_at_;
+    clamped_at_.reset();
+    if (closed) clamped_at_ = Clock::now();
+    desk_.Clamp(closed);
+  }
+  ShowClamp();
+}
+
+void qKerfIntraoperativeWidget::ShowClamp() {
+  auto passed = clamped_before_;
+  if (clamped_at_) passed += Clock::now() - *clamped_at_;
+  run_->SetClamp(
+      clamped_at_.has_value(),
+      static_cast<int>(std::chrono::duration_cast<std::chrono::seconds>(passed).count()));
 }
 
 void qKerfIntraoperativeWidget::KeepSnapshot() {

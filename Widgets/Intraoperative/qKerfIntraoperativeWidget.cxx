@@ -189,6 +189,7 @@ void qKerfIntraoperativeWidget::MakeKeys() {
     desk_.Mark("key");
     services_.say(tr("Marked."));
   });
+  key("clamp", tr("Clamp closed and open"), Qt::Key_K, [this] { SetClamp(!clamped_at_); });
   key("before", tr("Before the cut, beside"), Qt::Key_V, [this] { SetBefore(!before_on_); });
   key("play", tr("Play a recorded session"), Qt::Key_Space, [this] { SetPlaying(!playing_); });
   key("back", tr("One picture back"), Qt::Key_Left, [this] { SeekTo(review_frame_ - 1); });
@@ -237,6 +238,9 @@ void qKerfIntraoperativeWidget::OpenCase(const QString& folder) {
           check_in_->SetCase(folder, QString::fromStdString(desk_.Pseudonym()));
           check_in_->SetCamera(QString::fromStdString(desk_.CameraFile()));
           shown_.reset();
+          clamped_at_.reset();  // another patient
+          clamped_before_ = {};
+          ShowClamp();
           ShowStep(CheckIn);
           emit CaseOpened(folder);
         });

@@ -8,6 +8,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 
 #include "Adapters/Rendering/OverlayScene.h"
 #include "Pipelines/IntraoperativeDesk.h"
@@ -126,6 +127,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   void SetOverlay(bool on);
   void SetDrawing(bool drawing);
   void KeepSnapshot();
+  void SetClamp(bool closed);
+  void ShowClamp();
 
   Services services_;
   kerf::IntraoperativeDesk desk_;
@@ -157,6 +160,8 @@ class qKerfIntraoperativeWidget : public QWidget {
        full_ = false;
   double contour_fit_ = 0.0, latency_ms_ = 0.0;
   QPolygonF stroke_;
+  std::optional<std::chrono::steady_clock::time_point> clamped_at_;
+  std::chrono::steady_clock::duration clamped_before_{};  ///< and opened again
   std::shared_ptr<const kerf::IntraoperativeSnapshot> shown_, before_shown_;
   kerf::OverlayOptions look_options_;
   std::string overlay_problem_, stopped_;  ///< already said

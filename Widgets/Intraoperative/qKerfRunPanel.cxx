@@ -75,6 +75,11 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   keep->addWidget(snapshot);
   keep->addWidget(mark);
   layout->addLayout(keep);
+  clamp_ = PanelButton(QString(), "clamp", tr("Counts the time of ischaemia; in the journal."));
+  clamp_->setCheckable(true);
+  clamp_->setStyleSheet("font-size: 13pt; font-weight: bold;");
+  SetClamp(false, 0);
+  layout->addWidget(clamp_);
   recording_ = new QLabel;
   recording_->setObjectName("recording");
   recording_->setWordWrap(true);
@@ -91,10 +96,20 @@ qKerfRunPanel::qKerfRunPanel(QWidget* parent) : QWidget(parent) {
   connect(confirm_, &QPushButton::clicked, this, &qKerfRunPanel::ConfirmWanted);
   connect(snapshot, &QPushButton::clicked, this, &qKerfRunPanel::SnapshotWanted);
   connect(mark, &QPushButton::clicked, this, &qKerfRunPanel::MarkWanted);
+  connect(clamp_, &QPushButton::clicked, this, &qKerfRunPanel::ClampToggled);
   connect(stop, &QPushButton::clicked, this, &qKerfRunPanel::StopWanted);
 }
 
 void qKerfRunPanel::SetDrawing(bool drawing) { draw_->setChecked(drawing); }
+void qKerfRunPanel::SetClamp(bool closed, int seconds) {
+  clamp_->setChecked(closed);
+  const QString time =
+      QString("%1:%2").arg(seconds / 60).arg(seconds % 60, 2, 10, QLatin1Char('0'));
+  clamp_->setText(closed        ? tr("Ischaemia %1  (K: open)").arg(time)
+                  : seconds > 0 ? tr("Clamp (K) · was closed %1").arg(time)
+                                : tr("Clamp (K)"));
+}
+
 bool qKerfRunPanel::HoldsCuts() const { return hold_->isChecked(); }
 void qKerfRunPanel::SetHoldsCuts(bool hold) { hold_->setChecked(hold); }
 

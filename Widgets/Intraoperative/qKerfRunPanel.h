@@ -19,6 +19,8 @@ class qKerfRunPanel : public QWidget {
 
   void Update(const kerf::IntraoperativeSnapshot& snapshot);
   void SetDrawing(bool drawing);
+  /// @param seconds that the clamp has been closed, all in all
+  void SetClamp(bool closed, int seconds);
   bool HoldsCuts() const;
   void SetHoldsCuts(bool hold);
   /// The proposal or cut that the keys act on: the selected one, else the newest; −1: none.
@@ -33,10 +35,11 @@ class qKerfRunPanel : public QWidget {
   void ConfirmWanted();
   void SnapshotWanted();
   void MarkWanted();
+  void ClampToggled(bool closed);
   void StopWanted();
 
  private:
-  QPushButton *accept_, *reject_, *undo_, *draw_, *confirm_;
+  QPushButton *accept_, *reject_, *undo_, *draw_, *confirm_, *clamp_;
   QCheckBox* hold_;
   QTableWidget* cuts_;
   QLabel *said_, *recording_;

@@ -10,6 +10,8 @@
 #include <QTemporaryDir>
 #include <cstdio>
 
+#include "Adapters/OpenCv/VideoSource.h"
+#include "Adapters/OpenCv/VideoWriter.h"
 #include "Application/qKerfApplicationHost.h"
 #include "Application/qKerfMainWindow.h"
 #include "CaseIO/CaseFolder.h"
@@ -17,6 +19,14 @@
 #include "PlannedStudy.h"
 
 namespace {
+
+/// The same pictures at a rate that a busy machine keeps up with: the page drops what it cannot.
+void Slowed(const QString& video, const QString& slow) {
+  const auto source = kerf::OpenVideo(video.toStdString());
+  kerf::VideoWriter writer(slow.toStdString(), source->Width(), source->Height(), 5.0);
+  while (const auto frame = source->Next()) writer.Write(*frame->image);
+  writer.Finish();
+}
 
 /// The page of the operating room in the whole window, as a person sees and uses it.
 class Tour {
@@ -111,7 +121,8 @@ int main(int argc, char** argv) {
   const QString made = here.absoluteFilePath(argv[6]);
   kerf::testing::PlanStudyCase(here.absoluteFilePath(argv[1]).toStdString(), made.toStdString(),
                                9000);
-  QFile::link(here.absoluteFilePath(argv[1]), run.filePath("study"));
+  QDir(run.path()).mkdir("study");
+  Slowed(here.absoluteFilePath(argv[1]) + "/video.mp4", run.filePath("study/video.mp4"));
   QFile::link(made, run.filePath("case"));
   QDir::setCurrent(run.path());
   const QString study = "study", folder = "case";
@@ -148,7 +159,8 @@ int main(int argc, char** argv) {
   tour.Click("given");
   tour.Click("accept_registration");
   tour.Await("cut", [&] { return tour.CutState() == "in the model"; });
-  tour.Await("end of the video", [&] { return tour.VideoEnded(); });
+  tour.Await(
+      "end of the video", [&] { return tour.VideoEnded(); }, 90000);
   tour.Key(Qt::Key_3);
   tour.Shoot("full");
   tour.Key(Qt::Key_1);

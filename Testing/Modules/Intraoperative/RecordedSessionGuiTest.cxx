@@ -24,6 +24,12 @@ std::string Content(const fs::path& path) {
 void IntraoperativeGuiTest::TheSessionIsCompleteExportedAndReplayedBitByBit() {
   page_->Key(Qt::Key_S);
   page_->Key(Qt::Key_M);
+  auto* clamp = page_->Find<QPushButton>("clamp");
+  page_->Key(Qt::Key_K);
+  QTRY_VERIFY_WITH_TIMEOUT(clamp->text().contains("Ischaemia 0:01"), 5000);
+  page_->Click("clamp");
+  QVERIFY(!clamp->isChecked());
+  QVERIFY2(clamp->text().contains("was closed 0:0"), qPrintable(clamp->text()));
   QTest::qWait(300);
   page_->Click("stop");
   QTRY_COMPARE_WITH_TIMEOUT(page_->widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
@@ -37,8 +43,9 @@ void IntraoperativeGuiTest::TheSessionIsCompleteExportedAndReplayedBitByBit() {
   std::set<std::string> events;
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
     events.insert(entry.event);
-  for (const char* event : {"registration accepted", "cut proposed", "cut accepted", "cut rejected",
-                            "undone", "cut drawn", "mark", "snapshot", "end"})
+  for (const char* event :
+       {"registration accepted", "cut proposed", "cut accepted", "cut rejected", "undone",
+        "cut drawn", "mark", "snapshot", "clamp closed", "clamp opened", "end"})
     QVERIFY2(events.count(event), event);
 
   page_->Click("export");
