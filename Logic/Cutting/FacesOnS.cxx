@@ -9,6 +9,7 @@ namespace {
 constexpr double kBeyondBorder = 0.15;  // of the face's longest edge
 constexpr double kBesideS = 0.35;
 constexpr double kParallel = 0.3;  // cosine
+constexpr double kExact = 1e-6;    // of the face's longest edge, and of 1 as a cosine
 
 struct Touch {
   std::array<int, 3> v;
@@ -20,14 +21,19 @@ struct Touch {
   }
 };
 
+Vec3 Middle(const CutPatch& patch, int t) {
+  Vec3 middle = Vec3::Zero();
+  for (int w : patch.tets[t].v) middle += patch.vertices[w].rest / 4;
+  return middle;
+}
+
 /// The side of S that a tetrahedron lies on: by its corners away from the face, by its middle where
 /// they are on S too.
 double SideOf(const CutPatch& patch, int t, const std::array<int, 3>& face, const SurfaceNear& near,
               const SurfaceIndex& surface) {
   const int o = patch.tets[t].v[CornerOpposite(patch, t, face)];
   if (!patch.vertices[o].on) return (patch.vertices[o].rest - near.point).dot(near.normal);
-  Vec3 middle = Vec3::Zero();
-  for (int w : patch.tets[t].v) middle += patch.vertices[w].rest / 4;
+  const Vec3 middle = Middle(patch, t);
   const SurfaceNear at = surface.Closest(middle, 1e300);
   return (middle - at.point).dot(near.normal);
 }
@@ -57,7 +63,13 @@ std::vector<FaceOnS> FacesOnS(const SurfaceIndex& surface, const CutPatch& patch
     }
   }
   std::sort(touches.begin(), touches.end());
-  std::vector<FaceOnS> faces;
+  struct Found {
+    FaceOnS face;
+    SurfaceNear near;
+    bool exact;  // a part of S itself: it has tissue on both sides of S
+  };
+  std::vector<Found> found;
+  std::vector<char> exact_faces(patch.tets.size(), 0);
   for (std::size_t i = 0; i + 1 < touches.size(); ++i) {
     if (touches[i].v != touches[i + 1].v) continue;
     const auto& v = touches[i].v;
@@ -68,11 +80,28 @@ std::vector<FaceOnS> FacesOnS(const SurfaceIndex& surface, const CutPatch& patch
     const SurfaceNear near = surface.Closest(center, longest);
     if (near.triangle < 0) continue;
     if (near.distance_mm > (near.on_border ? kBeyondBorder : kBesideS) * longest) continue;
-    if (std::abs(normal.normalized().dot(near.normal)) < kParallel) continue;
-    const double side0 = SideOf(patch, touches[i].tet, v, near, surface);
-    const double side1 = SideOf(patch, touches[i + 1].tet, v, near, surface);
-    if (side0 * side1 >= 0) continue;
-    faces.push_back({v, {touches[i].tet, touches[i + 1].tet}, 0.5 * normal.norm()});
+    const double cosine = std::abs(normal.normalized().dot(near.normal));
+    if (cosine < kParallel) continue;
+    const bool exact = near.distance_mm < kExact * longest && cosine > 1 - kExact;
+    found.push_back({{v, {touches[i].tet, touches[i + 1].tet}, 0.5 * normal.norm()}, near, exact});
+    if (exact)
+      for (int t : found.back().face.tet) ++exact_faces[t];
+  }
+  std::vector<FaceOnS> faces;
+  std::vector<double> hits;
+  for (const auto& [face, near, exact] : found) {
+    if (!exact) {
+      const auto [t, u] = face.tet;
+      if (SideOf(patch, t, face.v, near, surface) * SideOf(patch, u, face.v, near, surface) >= 0)
+        continue;
+      // In a fold of S, which lies on several faces of the tetrahedron, the nearest place of S does
+      // not tell the side: is S between the two tetrahedra?
+      if (exact_faces[t] > 1 || exact_faces[u] > 1) {
+        surface.Crossings(Middle(patch, t), Middle(patch, u), &hits);
+        if (hits.empty()) continue;
+      }
+    }
+    faces.push_back(face);
   }
   return faces;
 }

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <optional>
 
+#include "Core/Errors.h"
 #include "Cutting/CutAssembly.h"
 #include "Cutting/CutAttempt.h"
 #include "Cutting/CutPatch.h"
@@ -21,6 +22,21 @@ constexpr double kSlack = 1e-4;  // mean edges: a face this near to S may count 
 constexpr int kRounds = 3;  // what is cut may leave S to cut through elements that it only entered
 constexpr int kRings = 2;   // around the tetrahedra that S crosses: room for snapping and smoothing
 
+void ThrowIfBroken(const TetMesh& mesh, const CutSurface& surface, const Points* positions) {
+  const char* const file = "separation surface";
+  for (Index i = 0; i < surface.points.rows(); ++i)
+    if (!surface.points.row(i).allFinite())
+      throw InputError(file, "point " + std::to_string(i), "has a coordinate that is not finite");
+  for (Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k)
+      if (surface.triangles(t, k) < 0 || surface.triangles(t, k) >= surface.points.rows())
+        throw InputError(file, "triangle " + std::to_string(t),
+                         "names point " + std::to_string(surface.triangles(t, k)) + " of " +
+                             std::to_string(surface.points.rows()));
+  if (positions && positions->rows() != mesh.VertexCount())
+    throw InputError("current positions", "", "are not one for each vertex of the mesh");
+}
+
 }  // namespace
 
 TetCutter::TetCutter(CutOptions options) : options_(options) {}
@@ -30,6 +46,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   CutReport unused;
   CutReport& out = report ? *report : unused;
   out = {};
+  ThrowIfBroken(mesh, surface, positions);
   const bool known = Knows(mesh);
   auto report_components = [&](const TetMesh& of, bool same_pieces) {
     if (known && same_pieces)
@@ -132,6 +149,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   const char* const badly_shaped = "no remeshing keeps the elements well shaped";
   if (cuts == 0)
     return refuse(any_refused ? badly_shaped : "the separation surface separates nothing new");
+  out.partial = any_refused;
   if (any_refused) out.reason = badly_shaped;
 
   TopologyChange change = Assemble(mesh, before, *cut, cuts > 1 ? OpenedFaces(*cut) : opened);

@@ -16,8 +16,9 @@ struct CutOptions {
 };
 
 struct CutReport {
-  bool done = false;   ///< false: nothing changed, `reason` says why
-  std::string reason;  ///< with `done`: why some of S stayed uncut
+  bool done = false;     ///< false: nothing changed, `reason` says why
+  bool partial = false;  ///< done, but a part of S had to stay uncut: `reason` says why
+  std::string reason;    ///< why nothing, or not all of S, was cut; else empty
   Index new_vertices = 0, new_tets = 0, snapped_vertices = 0, duplicated_vertices = 0;
   double cut_area_mm2 = 0.0;  ///< new separation faces, one side
   double smallest_dihedral_deg = 0.0;
@@ -38,6 +39,8 @@ class TetCutter {
   /// separated are skipped.
   /// @param positions current vertex positions; only used to keep elements positive as deformed,
   /// may be null
+  /// @throws InputError naming the point or triangle: a coordinate that is not finite, a corner out
+  /// of range; and where `positions` are not one for each vertex. Nothing is changed or remembered.
   TopologyChange Cut(const TetMesh& mesh, const CutSurface& surface, CutReport* report = nullptr,
                      const Points* positions = nullptr);
 

@@ -78,6 +78,7 @@ void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState&
     journal_.Write(frame.time_s, frame.frame, event.report.done ? "cut applied" : "cut refused",
                    {{"cut", event.cut},
                     {"point_rest_mm", point},
+                    {"partial", event.report.partial},
                     {"reason", event.report.reason},
                     {"new_vertices", int(event.report.new_vertices)},
                     {"new_tetrahedra", int(event.report.new_tets)},

@@ -26,7 +26,10 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
       engine.cutter.Cut(state->mesh, cut.surface, &report, &state->positions);
   if (!change.changed) return report;
   for (ModelCut& known : state->cuts)
-    if (&known == &cut) known.in_model = true;
+    if (&known == &cut) {
+      known.in_model = true;
+      known.partial = known.partial || report.partial;
+    }
   engine.solvers.organ->Apply(change);
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);

@@ -30,6 +30,7 @@ struct ModelCut {
   bool held = false;                   ///< proposed only: S is known, the model is not cut yet
   bool rejected = false;  ///< by a surgeon: line and S are empty, the number stays taken
   bool in_model = false;  ///< the model has been cut along it (not held, not refused)
+  bool partial = false;   ///< in the model, but a part of S stayed uncut (CutReport)
   bool drawn = false;     ///< by a surgeon's hand
 };
 

@@ -95,6 +95,12 @@ std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
   return std::nullopt;
 }
 
+std::string TextOf(const CutReport& report) {
+  if (!report.done) return "but not cut: " + report.reason;
+  return report.partial ? "the model is cut, but not along the whole cut: " + report.reason + "."
+                        : "the model is cut.";
+}
+
 DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision) {
   const std::string name = "Cut " + std::to_string(decision->cut + 1);
   switch (decision->kind) {
@@ -102,8 +108,7 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       const CutReport report = session->AcceptCut(decision->cut);
       if (!report.done && report.reason == "no such proposal")
         return {false, name + " is no proposal that waits."};
-      return {true, report.done ? name + " accepted: the model is cut."
-                                : name + " accepted, but not cut: " + report.reason};
+      return {true, name + " accepted" + (report.done ? ": " : ", ") + TextOf(report)};
     }
     case Kind::RejectCut:
       if (!session->RejectCut(decision->cut)) return {false, name + " cannot be rejected."};
@@ -121,11 +126,11 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       decision->cut =
           session->DrawCut(decision->line, decision->direction, decision->depth_mm, &report);
       if (decision->cut < 0) return {false, "The stroke does not meet the organ: nothing is cut."};
-      const std::string drawn = "Cut " + std::to_string(decision->cut + 1) + " drawn";
-      if (!report.done) return {true, drawn + ", but not cut: " + report.reason};
-      return {true,
-              drawn + ": the model is cut." +
-                  LedOverRim(decision->line, session->State().cuts[decision->cut].line.points)};
+      std::string drawn = "Cut " + std::to_string(decision->cut + 1) + " drawn" +
+                          (report.done ? ": " : ", ") + TextOf(report);
+      if (report.done)
+        drawn += LedOverRim(decision->line, session->State().cuts[decision->cut].line.points);
+      return {true, drawn};
     }
     case Kind::HoldCuts:
       session->HoldCuts(true);

@@ -5,6 +5,7 @@
 
 #include "CaseIO/JournalRead.h"
 #include "Core/Types.h"
+#include "Cutting/TetCutter.h"
 
 namespace kerf {
 
@@ -42,6 +43,9 @@ JournalData ToJournal(const IntraoperativeDecision& decision);
 /// None where the entry is no decision. @throws InputError naming `file` where it is a broken one
 std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
                                                  const std::string& file);
+
+/// What became of a cut, as the end of a sentence.
+std::string TextOf(const CutReport& report);
 
 /// Carries a decision out. Fills line, direction and depth of a drawn cut, so that what is written
 /// to the journal can be repeated. @return what happened, in words; `done` false: nothing changed

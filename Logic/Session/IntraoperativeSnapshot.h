@@ -21,6 +21,7 @@ struct CutItem {
   double time_s = 0.0;
   double confidence = 0.0, length_mm = 0.0;
   bool drawn = false;
+  bool partial = false;  ///< applied, but the model could not be cut along all of it
   /// How it was before this cut came into the model: picture and model; null where it is not in it.
   std::shared_ptr<const IntraoperativeSnapshot> before;
 };

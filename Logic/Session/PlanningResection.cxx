@@ -130,6 +130,21 @@ std::vector<double> DistancesTo(const SurfaceMesh& surface, const Points& points
   return distances;
 }
 
+std::string ResectionNote(const CutReport& report, bool divides) {
+  if (!report.done)
+    return "The model could not be cut along this sheet (" + report.reason +
+           "). Move the line a little.";
+  std::string note;
+  if (report.partial)
+    note = "The model could not be cut along the whole sheet (" + report.reason +
+           "): the figures are of what was cut. Move the line a little.";
+  if (!divides)
+    note += std::string(note.empty() ? "" : " ") +
+            "The sheet does not divide the organ: draw the line across its whole width, or make "
+            "the sheet deeper.";
+  return note;
+}
+
 ResectionMeasures MeasureResection(const PlanningModel& model, const ResectionPlan& plan,
                                    Progress& progress) {
   ResectionMeasures m;
@@ -158,10 +173,7 @@ ResectionMeasures MeasureResection(const PlanningModel& model, const ResectionPl
   const TopologyChange cut = TetCutter().Cut(model.mesh, m.sheet, &report);
   progress.ThrowIfCancelled();
   if (!cut.changed) {
-    m.note = report.reason.empty()
-                 ? "The sheet does not meet the organ: draw the line on its surface."
-                 : "The model could not be cut along this sheet (" + report.reason +
-                       "). Move the line a little.";
+    m.note = ResectionNote(report, false);
     return m;
   }
   std::vector<Index> component;
@@ -173,12 +185,8 @@ ResectionMeasures MeasureResection(const PlanningModel& model, const ResectionPl
     if (cut.mesh.region[t] == static_cast<std::uint8_t>(Label::Tumour)) tumour[component[t]] += v;
   }
   m.divides = count > 1;
-  if (!m.divides) {
-    m.note =
-        "The sheet does not divide the organ: draw the line across its whole width, or make the "
-        "sheet deeper.";
-    return m;
-  }
+  m.note = ResectionNote(report, m.divides);
+  if (!m.divides) return m;
   // The remnant is the largest piece that holds less than half of the tumour; all else goes.
   double all_tumour = 0;
   for (const double t : tumour) all_tumour += t;

@@ -7,6 +7,7 @@
 #include "Core/TetMesh.h"
 #include "Core/TopologyChange.h"
 #include "Cutting/CutStructure.h"
+#include "Cutting/TetCutter.h"
 
 namespace kerf {
 
@@ -49,7 +50,7 @@ std::vector<double> DistancesTo(const SurfaceMesh& surface, const Points& points
 
 struct ResectionMeasures {
   bool divides = false;   ///< the sheet cuts the organ into two or more pieces
-  std::string note;       ///< what to do when it does not
+  std::string note;       ///< what to do when it does not, or not along the whole sheet
   double organ_ml = 0;    ///< whole, tumour included
   double removed_ml = 0;  ///< the pieces with most of the tumour (without one: the smaller)
   double remnant_ml = 0, remnant_percent = 0;
@@ -61,6 +62,9 @@ struct ResectionMeasures {
   CutSurface sheet;
   std::vector<double> sheet_to_tumour_mm;  ///< per point of `sheet`; empty without a tumour
 };
+
+/// What the surgeon should know of a cut along the sheet; empty where all went well.
+std::string ResectionNote(const CutReport& report, bool divides);
 
 /// Cuts the model as the operating room would and measures. Deterministic.
 /// @throws Cancelled

@@ -93,6 +93,7 @@ void SnapshotMaker::Cuts(const SessionFrame& report, const RegistrationState& st
     item.confidence = cut.confidence;
     item.length_mm = Length_mm(cut.line.points);
     item.drawn = cut.drawn;
+    item.partial = in_model && cut.partial;
     item.before = Valid(known.before, state);
     out->cuts.push_back(item);
   }

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   const unsigned count = argc > 2 ? unsigned(std::atoi(argv[2])) : 2000;
   int increments = 0, done = 0, refused = 0, missed = 0, broken = 0;
   int complete = 0, complete_across = 0, missed_across = 0;
+  int partial = 0, partial_complete = 0, partial_joined = 0;
   double angle = 180, deformed = 180;
   for (unsigned seed = first; seed < first + count; ++seed) {
     const auto sequence = kerf::testing::MakeCutSequence(seed);
@@ -32,6 +33,9 @@ int main(int argc, char** argv) {
     done += result.done;
     refused += result.refused;
     missed += result.missed_separations;
+    partial += result.partial;
+    partial_complete += result.partial_complete;
+    partial_joined += result.partial_joined;
     complete += result.complete;
     complete_across += result.complete_across;
     missed_across += result.missed_across;
@@ -54,5 +58,9 @@ int main(int argc, char** argv) {
       count, increments, done, refused, missed, broken, angle, deformed);
   std::printf("%d of %d complete cuts across others and %d of %d alone left tissue joined\n",
               missed_across, complete_across, missed - missed_across, complete - complete_across);
+  std::printf(
+      "%d increments said that a part of S stayed uncut; of %d of these that were complete cuts %d "
+      "left tissue joined\n",
+      partial, partial_complete, partial_joined);
   return broken + missed > 0;
 }

@@ -321,6 +321,8 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
       result.refused += report.reason.find("well shaped") != std::string::npos;
     } else {
       ++result.done;
+      result.partial += report.partial;
+      if (report.partial == report.reason.empty()) problem += "partial and reason disagree; ";
       Embedding mapped;
       problem += ProvenanceProblem(mesh, change, points, rest, &mapped);
       points = mapped;
@@ -333,11 +335,18 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
       return result;
     }
     if (report.components < components) result.failure = "components were joined";
+    if (report.done && report.components != MeasureQuality(mesh, mesh.rest).components)
+      result.failure = "components are not as reported";
     components = report.components;
     if (report.done) first_done = std::min(first_done, sequence.cut[i]);
-    const bool refused = report.reason.find("well shaped") != std::string::npos;
+    const bool refused = !report.done && report.reason.find("well shaped") != std::string::npos;
     if (!sequence.completes[i] || refused) continue;
     const bool joined = Joins(mesh, *sequence.completes[i], sequence.mesh);
+    if (report.partial) {
+      ++result.partial_complete;
+      result.partial_joined += joined;
+      continue;
+    }
     const bool across = first_done < sequence.cut[i];
     ++result.complete;
     result.missed_separations += joined;

@@ -27,6 +27,7 @@ CutSequence MakeCutSequence(unsigned seed, TetMesh mesh, const std::string& name
 
 struct CutSequenceResult {
   int increments = 0, done = 0, refused = 0;
+  int partial = 0, partial_complete = 0, partial_joined = 0;  ///< cut, but said not to be all of S
   int complete = 0, missed_separations = 0;  ///< complete cuts, and those that left tissue joined
   int complete_across = 0, missed_across = 0;
   double smallest_dihedral_deg = 180, smallest_deformed_deg = 180;

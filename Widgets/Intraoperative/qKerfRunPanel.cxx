@@ -15,12 +15,13 @@ using kerf::PanelButton;
 
 namespace {
 
-QString StateWord(kerf::CutItem::State state) {
-  switch (state) {
+QString StateWord(const kerf::CutItem& cut) {
+  switch (cut.state) {
     case kerf::CutItem::State::Proposed:
       return qKerfRunPanel::tr("proposed");
     case kerf::CutItem::State::Applied:
-      return qKerfRunPanel::tr("in the model");
+      return cut.partial ? qKerfRunPanel::tr("in the model in part")
+                         : qKerfRunPanel::tr("in the model");
     case kerf::CutItem::State::Rejected:
       return qKerfRunPanel::tr("rejected");
   }
@@ -136,11 +137,14 @@ void qKerfRunPanel::Update(const kerf::IntraoperativeSnapshot& snapshot) {
         QString::number(cut.number + 1), QString::number(cut.time_s, 'f', 2) + " s",
         QString::number(cut.length_mm, 'f', 0),
         cut.drawn ? tr("drawn") : QString::number(cut.confidence * 100, 'f', 0) + " %",
-        StateWord(cut.state)};
+        StateWord(cut)};
     for (int column = 0; column < 5; ++column) {
       if (!cuts_->item(row, column)) cuts_->setItem(row, column, new QTableWidgetItem);
       auto* item = cuts_->item(row, column);
       if (item->text() != texts[column]) item->setText(texts[column]);
+      item->setToolTip(cut.partial ? tr("A part of this cut could not be made in the model without "
+                                        "badly shaped elements; tissue is still joined there.")
+                                   : QString());
       item->setForeground(
           cut.state == kerf::CutItem::State::Proposed   ? qKerfTheme::Current().warning
           : cut.state == kerf::CutItem::State::Rejected ? qKerfTheme::Current().faint

@@ -96,6 +96,7 @@ void vtkKerfCutTetraGrid::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "SnapFraction: " << this->SnapFraction << "\n"
      << indent << "MinimumDihedralAngle: " << this->MinimumDihedralAngle << "\n"
      << indent << "Cut: " << this->Report.done << "\n"
+     << indent << "Partial: " << this->Report.partial << "\n"
      << indent << "Reason: " << this->Report.reason << "\n"
      << indent << "Components: " << this->Report.components << "\n";
 }

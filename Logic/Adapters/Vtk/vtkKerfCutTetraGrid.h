@@ -33,8 +33,9 @@ class vtkKerfCutTetraGrid : public vtkUnstructuredGridAlgorithm {
   vtkSetClampMacro(MinimumDihedralAngle, double, 0.0, 20.0);
   vtkGetMacro(MinimumDihedralAngle, double);
 
-  /// Of the last update: was anything cut, and why not.
+  /// Of the last update: was anything cut, did a part of the surface stay uncut, and why (not).
   bool GetCut() const { return Report.done; }
+  bool GetPartial() const { return Report.partial; }
   const char* GetReason() const { return Report.reason.c_str(); }
   int GetNumberOfComponents() const { return Report.components; }
   const kerf::CutReport& GetReport() const { return Report; }

@@ -70,5 +70,15 @@ TEST(CutSequencesKept, StayRepaired) {
   }
 }
 
+/// An increment of which a part was refused says so, and keeps every guarantee.
+TEST(CutSequencesKept, PartialIncrementsSaySo) {
+  for (unsigned seed : {103u, 322u, 1819u}) {
+    const CutSequence sequence = MakeCutSequence(seed);
+    const CutSequenceResult result = RunCutSequence(sequence);
+    EXPECT_EQ(result.failure, "") << "seed " << seed << " " << sequence.name;
+    EXPECT_GT(result.partial, 0) << "seed " << seed << " " << sequence.name;
+  }
+}
+
 }  // namespace
 }  // namespace kerf::testing

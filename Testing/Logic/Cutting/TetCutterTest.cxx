@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "Core/Errors.h"
 #include "Cutting/ExtrudePolyline.h"
 #include "Cutting/TetCutter.h"
 #include "Support/TestMeshes.h"
@@ -220,6 +221,33 @@ TEST(TetCutter, EmptySurfaceAndMissAreSaid) {
   EXPECT_NE(report.reason.find("empty"), std::string::npos);
   EXPECT_FALSE(TetCutter().Cut(mesh, PlaneX(50, 100), &report).changed);
   EXPECT_NE(report.reason.find("does not meet"), std::string::npos);
+}
+
+TEST(TetCutter, BrokenInputIsRefusedByNameAndForgotten) {
+  Case c(SphereMesh(10, 3));
+  const CutSurface good = PlaneX(1.3, 100);
+  const auto problem = [&](const CutSurface& surface, const Points* positions) -> std::string {
+    try {
+      c.cutter.Cut(c.mesh, surface, nullptr, positions);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    CutSurface broken = good;
+    broken.points(7, 1) = bad;
+    const std::string said = problem(broken, nullptr);
+    EXPECT_NE(said.find("point 7"), std::string::npos) << said;
+    EXPECT_NE(said.find("not finite"), std::string::npos) << said;
+  }
+  CutSurface broken = good;
+  broken.triangles(5, 2) = static_cast<Index>(good.points.rows());
+  EXPECT_NE(problem(broken, nullptr).find("triangle 5"), std::string::npos);
+  const Points few = c.mesh.rest.topRows(9);
+  EXPECT_NE(problem(good, &few).find("positions"), std::string::npos);
+  c.Cut(good);
+  EXPECT_EQ(c.report.components, 2) << "nothing is remembered of what was refused";
 }
 
 TEST(TetCutter, SameInputSameBits) {

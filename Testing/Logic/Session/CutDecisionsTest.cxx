@@ -11,6 +11,17 @@ namespace {
 
 using namespace testing;
 
+TEST(CutDecisions, WhatWasNotCutIsSaid) {
+  CutReport report;
+  report.reason = "for a reason";
+  EXPECT_EQ(TextOf(report), "but not cut: for a reason");
+  report.done = report.partial = true;
+  EXPECT_EQ(TextOf(report), "the model is cut, but not along the whole cut: for a reason.");
+  report = {};
+  report.done = true;
+  EXPECT_EQ(TextOf(report), "the model is cut.");
+}
+
 TEST(CutDecisions, HistoryChangesNoBit) {
   BandRun plain(false), kept(true);
   plain.RunTo(60);

@@ -69,6 +69,18 @@ TEST(SnapshotMaker, WhatWasBeforeACutShowsNoCutThatWasTakenOutSince) {
   EXPECT_EQ(maker.Make(frame, report, run.State())->cuts[1].before, one);
 }
 
+TEST(SnapshotMaker, ACutMadeInPartIsListedAsSuch) {
+  BandRun run;
+  run.RunTo(5);
+  ASSERT_EQ(run.session->DrawCut(AcrossBand(0.0), Vec3(0, 0, -1), 0, nullptr), 0);
+  RegistrationState state = run.State();
+  for (const bool partial : {false, true}) {
+    state.cuts[0].partial = partial;
+    SnapshotMaker maker(Uncut(), {{}, {}});
+    EXPECT_EQ(maker.Make({}, {}, state)->cuts[0].partial, partial);
+  }
+}
+
 TEST(SnapshotMaker, ATiltedPlanIsFartherWhereItTilts) {
   BandRun run;
   run.RunTo(5);

@@ -86,6 +86,21 @@ TEST(Resection, ShallowSheetDoesNotDivideAndSaysWhatToDo) {
   EXPECT_FALSE(MeasureResection(model, none, silent).divides);
 }
 
+TEST(Resection, ANoteTellsWhatWasNotCut) {
+  CutReport report;
+  report.done = true;
+  EXPECT_EQ(ResectionNote(report, true), "");
+  report.partial = true;
+  report.reason = "for a reason";
+  EXPECT_NE(ResectionNote(report, true).find("whole sheet (for a reason)"), std::string::npos);
+  EXPECT_EQ(ResectionNote(report, true).find("divide"), std::string::npos);
+  EXPECT_NE(ResectionNote(report, false).find("does not divide"), std::string::npos);
+  report = {};
+  report.reason = "for a reason";
+  EXPECT_NE(ResectionNote(report, false).find("could not be cut along this sheet (for a reason)"),
+            std::string::npos);
+}
+
 TEST(Resection, LineLiesOnTheSurfaceAndDirectionPointsInwards) {
   const PlanningModel model = BoxModel();
   const ResectionPlan plan = PlanAt(5, 30);
