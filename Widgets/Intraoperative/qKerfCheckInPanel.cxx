@@ -10,6 +10,7 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
+#include "Common/qKerfPaths.h"
 #include "Common/qKerfTheme.h"
 
 namespace {
@@ -81,8 +82,10 @@ qKerfCheckInPanel::qKerfCheckInPanel(QWidget* parent) : QWidget(parent) {
   layout->addWidget(go_on_);
 
   connect(confirmed_, &QLineEdit::textChanged, this, &qKerfCheckInPanel::ConfirmedChanged);
-  connect(source_, &QLineEdit::returnPressed, this, [this] { emit SourceWanted(source_->text()); });
-  connect(camera_, &QLineEdit::returnPressed, this, [this] { emit CameraWanted(camera_->text()); });
+  connect(source_, &QLineEdit::returnPressed, this,
+          [this] { emit SourceWanted(qKerfLongPath(source_->text())); });
+  connect(camera_, &QLineEdit::returnPressed, this,
+          [this] { emit CameraWanted(qKerfLongPath(camera_->text())); });
   connect(browse, &QPushButton::clicked, this, [this] {
     const QString path = QFileDialog::getOpenFileName(this, tr("Video"), source_->text());
     if (!path.isEmpty()) emit SourceWanted(path);
@@ -102,12 +105,13 @@ qKerfCheckInPanel::qKerfCheckInPanel(QWidget* parent) : QWidget(parent) {
 QString qKerfCheckInPanel::Confirmed() const { return confirmed_->text().trimmed(); }
 
 void qKerfCheckInPanel::SetCase(const QString& folder, const QString& pseudonym) {
-  case_->setText(tr("<b>%1</b><br>%2").arg(pseudonym.toHtmlEscaped(), folder.toHtmlEscaped()));
+  case_->setText(
+      tr("<b>%1</b><br>%2").arg(pseudonym.toHtmlEscaped(), qKerfShortPath(folder).toHtmlEscaped()));
   confirmed_->clear();
 }
 
-void qKerfCheckInPanel::SetCamera(const QString& file) { camera_->setText(file); }
-void qKerfCheckInPanel::SetSource(const QString& path) { source_->setText(path); }
+void qKerfCheckInPanel::SetCamera(const QString& file) { camera_->setText(qKerfShortPath(file)); }
+void qKerfCheckInPanel::SetSource(const QString& path) { source_->setText(qKerfShortPath(path)); }
 
 void qKerfCheckInPanel::SetItems(const std::vector<kerf::CheckInItem>& items, bool may_go_on) {
   go_on_->setEnabled(may_go_on);

@@ -5,6 +5,7 @@
 #include <QListWidget>
 #include <QPushButton>
 
+#include "Common/qKerfPaths.h"
 #include "Common/qKerfTheme.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfRunPanel.h"
@@ -137,7 +138,8 @@ void qKerfIntraoperativeWidget::KeepSnapshot() {
       std::copy_n(picture.constScanLine(y), std::size_t(image.width) * 3,
                   image.data.begin() + std::size_t(y) * image.width * 3);
     const std::string path = desk_.KeepPicture(image, shown_->frame.index);
-    if (!path.empty()) services_.say(tr("Snapshot kept: %1").arg(QString::fromStdString(path)));
+    if (!path.empty())
+      services_.say(tr("Snapshot kept: %1").arg(qKerfShortPath(QString::fromStdString(path))));
   });
 }
 
@@ -166,7 +168,7 @@ void qKerfIntraoperativeWidget::EndSession() {
 void qKerfIntraoperativeWidget::ShowEnd() {
   Try([&] {
     exported_->clear();
-    const QString path = QString::fromStdString(desk_.SessionPath());
+    const QString path = qKerfShortPath(QString::fromStdString(desk_.SessionPath()));
     const QString problem = QString::fromStdString(desk_.RecordingProblem()).toHtmlEscaped();
     export_->setEnabled(!path.isEmpty());
     play_session_->setEnabled(!path.isEmpty());

@@ -148,6 +148,11 @@ int main(int argc, char** argv) {
   tour.Click("accept_registration");
   tour.Await("proposal", [&] { return tour.CutState() == "proposed"; });
   tour.Shoot("proposed");
+  tour.Key(Qt::Key_D);
+  tour.Stroke({0.33, 0.4}, {0.36, 0.66});
+  tour.Await("drawn", [&] { return tour.Find<QTableWidget>("cuts")->rowCount() > 1; });
+  tour.Shoot("drawn");
+  tour.Key(Qt::Key_Z);
   tour.Find<QCheckBox>("hold")->setChecked(false);
   tour.Click("stop");
   tour.Await("end", [&] { return tour.At("export"); });
@@ -175,11 +180,6 @@ int main(int argc, char** argv) {
   tour.Shoot("before");
   tour.Key(Qt::Key_V);
   tour.Key(Qt::Key_S);
-  tour.Key(Qt::Key_D);
-  tour.Stroke({0.33, 0.4}, {0.36, 0.66});
-  tour.Await("drawn", [&] { return tour.Find<QTableWidget>("cuts")->rowCount() > 1; });
-  tour.Shoot("drawn");
-  tour.Key(Qt::Key_Z);
   tour.Click("stop");
   tour.Await("end", [&] { return tour.At("export"); });
   tour.Click("export");

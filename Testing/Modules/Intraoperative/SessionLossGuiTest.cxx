@@ -93,9 +93,9 @@ void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->gate == GateState::Off, 10000);
   QTRY_VERIFY2(lamp->text().contains("frozen") || lamp->text().contains("No more pictures"),
                qPrintable(lamp->text()));
-  QVERIFY(lamp->text().contains("OVERLAY OFF"));
+  QTRY_VERIFY(lamp->text().contains("OVERLAY OFF"));
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->needs_confirmation, 10000);
-  QVERIFY(page.Find<QPushButton>("confirm")->isVisible());
+  QTRY_VERIFY(page.Find<QPushButton>("confirm")->isVisible());
   camera.SetSilent(false);
   // The pictures are back, the overlay waits for the surgeon's word.
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->source.Usable(), 20000);
