@@ -127,15 +127,8 @@ void ElementField::NumberChunk(const TetMesh& mesh, std::vector<Index>* number_o
       chunk->blocks[i / 8].corner[a][i % 8] = static_cast<std::uint16_t>(number);
     }
   for (Index inner : chunk->vertices) (*number_of_inner)[inner] = -1;
-  // Padding lanes repeat the last tetrahedron without stiffness.
-  const std::size_t last = chunk->tet.size() - 1;
-  for (std::size_t i = last + 1; i < 8 * chunk->blocks.size(); ++i) {
-    ElementBlock& block = chunk->blocks[i / 8];
-    CopyLane(block, chunk->states[i / 8], static_cast<int>(last % 8), static_cast<int>(i % 8),
-             &block, &chunk->states[i / 8]);
-    block.two_mu[i % 8] = block.lambda[i % 8] = 0.0f;
-    for (auto& corner : block.corner) corner[i % 8] = corner[last % 8];
-  }
+  PadLanes(static_cast<int>((chunk->tet.size() - 1) % 8), &chunk->blocks.back(),
+           &chunk->states.back());
 }
 
 void ElementField::MeasureChunk(Chunk* chunk) {

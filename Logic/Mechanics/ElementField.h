@@ -38,6 +38,14 @@ class ElementField {
     std::vector<Index> chunks;  ///< rebuilt chunks
   };
 
+  /// A few tetrahedra apart from their chunks, with a numbering of their own.
+  struct Excerpt {
+    std::vector<Index> vertices;  ///< inner numbers; those asked for come first
+    std::vector<Index> chunks;    ///< where the tetrahedra are from
+    std::vector<ElementBlock> blocks;
+    std::vector<ElementState> states;  ///< as last linearized
+  };
+
   void Reset(const TetMesh& mesh, const Material& material);
   Patch Apply(const Workers& workers, const TetMesh& mesh, const Material& material,
               const TopologyChange& change);
@@ -65,6 +73,13 @@ class ElementField {
   /// count
   Index Components(std::vector<Index>* component) const;
 
+  /// These vertices and all that tetrahedra connect them with, `rings` times over, ascending.
+  std::vector<Index> Surroundings(std::vector<Index> vertices, int rings) const;
+  /// All tetrahedra with a corner among these vertices.
+  void Extract(const std::vector<Index>& vertices, Excerpt* excerpt) const;
+  /// Vertices of these chunks have moved.
+  void MarkStale(const std::vector<Index>& chunks);
+
   /// Rotations of all tetrahedra set to one (a new pose without history).
   void ResetRotations();
 
@@ -75,6 +90,8 @@ class ElementField {
       sum = _mm_add_ps(sum, simd::Load(slots[slot_[i]]));
     return sum;
   }
+  /// Chunks that one of these vertices belongs to, ascending.
+  std::vector<Index> ChunksOf(const std::vector<Index>& vertices) const;
   void NumberChunk(const TetMesh& mesh, std::vector<Index>* number_of_inner, Chunk* chunk) const;
   static void MeasureChunk(Chunk* chunk);
   void LayOutSlots();

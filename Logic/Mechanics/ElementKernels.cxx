@@ -228,6 +228,14 @@ void CopyLane(const ElementBlock& from, const ElementState& from_state, int from
   for (int i = 0; i < 6; ++i) to_state->twist[i][lane] = from_state.twist[i][from_lane];
 }
 
+void PadLanes(int last, ElementBlock* block, ElementState* state) {
+  for (int lane = last + 1; lane < 8; ++lane) {
+    CopyLane(*block, *state, last, lane, block, state);
+    block->two_mu[lane] = block->lambda[lane] = 0.0f;
+    for (auto& corner : block->corner) corner[lane] = corner[last];
+  }
+}
+
 namespace {
 
 /// Rotations and rotated gradients of a block. @return the left stretch V = F Rᵀ: everything in the

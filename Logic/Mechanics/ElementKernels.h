@@ -30,6 +30,9 @@ Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane);
 void CopyLane(const ElementBlock& from, const ElementState& from_state, int from_lane, int lane,
               ElementBlock* to, ElementState* to_state);
 
+/// Lanes after the last one in use repeat it, without stiffness.
+void PadLanes(int last, ElementBlock* block, ElementState* state);
+
 /// Rotations (warm-started), projected twist stiffness, energy and gradient of `count` blocks at
 /// positions x.
 /// @param x positions by chunk vertex, mm; @param gradient is added to; @return energy, nJ

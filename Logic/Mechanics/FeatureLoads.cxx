@@ -154,11 +154,7 @@ double FeatureLoads::Multiply(const simd::F4* p) {
       at = _mm_add_ps(at, _mm_mul_ps(_mm_set1_ps(load.weight[a]), simd::Load(p[load.vertex[a]])));
     simd::F4 d;
     simd::Store(&d, at);
-    const float* m = load.matrix;
-    simd::F4 y;
-    y.x = m[0] * d.x + m[5] * d.y + m[4] * d.z;
-    y.y = m[5] * d.x + m[1] * d.y + m[3] * d.z;
-    y.z = m[4] * d.x + m[3] * d.y + m[2] * d.z;
+    const simd::F4 y = load.Times(d);
     products_[l] = y;
     curvature += d.x * y.x + d.y * y.y + d.z * y.z;
   }

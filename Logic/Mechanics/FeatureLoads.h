@@ -19,6 +19,11 @@ class FeatureLoads {
     float matrix[6];    ///< xx yy zz yz xz xy of k w Q in the inner frame, g/s²
     simd::F4 gradient;  ///< k w Q d in the inner frame, µN
     double stiffness;   ///< trace of the matrix / 3
+    simd::F4 Times(const simd::F4& d) const {
+      const float* m = matrix;
+      return {m[0] * d.x + m[5] * d.y + m[4] * d.z, m[5] * d.x + m[1] * d.y + m[3] * d.z,
+              m[4] * d.x + m[3] * d.y + m[2] * d.z, 0.0f};
+    }
   };
 
   /// The problem of this call. Sorted anew only if the attachment changed or `renumbered`.

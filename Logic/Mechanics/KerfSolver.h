@@ -3,8 +3,7 @@
 #include <vector>
 
 #include "Mechanics/ElasticSolver.h"
-#include "Mechanics/FeatureLoads.h"
-#include "Mechanics/TwoLevelPreconditioner.h"
+#include "Mechanics/PatchSolver.h"
 
 namespace kerf {
 
@@ -48,6 +47,9 @@ class KerfSolver final : public ElasticSolver {
   /// done. @param most iterations
   LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
   void MoveBy(double length);
+  /// Where a few vertices alone are out of balance, theirs is solved for first. @return whether
+  /// anything moved
+  bool CorrectPatch();
 
   TetMesh mesh_;
   Material material_;
@@ -55,6 +57,7 @@ class KerfSolver final : public ElasticSolver {
   ElementField field_;
   FeatureLoads loads_;
   TwoLevelPreconditioner preconditioner_;
+  PatchSolver patch_solver_;
   Vec3 center_ = Vec3::Zero();
   std::vector<Vec3> rest_;                    ///< by inner vertex, relative to the center
   std::vector<Index> component_;              ///< by inner vertex

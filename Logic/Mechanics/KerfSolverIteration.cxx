@@ -9,8 +9,14 @@ namespace {
 
 using simd::F4;
 
+/// Vertices out of balance by more than this, as the diagonal sees it and relative to the root of
+/// the lowest ratio, are too far off for the tolerance of vertices.
+constexpr double kOffMm = 0.025;
+/// As many of them are a matter of a patch: they and those within two tetrahedra.
+constexpr Index kMostOff = 40;
+constexpr int kPatchRings = 2;
 /// Relative reduction of the energy norm of the residual per linear solve.
-constexpr double kCgReduction = 0.01;
+constexpr double kCgReduction = 0.003;
 
 }  // namespace
 
@@ -41,6 +47,21 @@ double KerfSolver::Residual(double* largest_uN) {
   const double product = workers_.SumChunks(field_.VertexCount(), kVertexChunk, chunk);
   *largest_uN = static_cast<double>(*std::max_element(largest.begin(), largest.end()));
   return product + CorrectCoarse();
+}
+
+bool KerfSolver::CorrectPatch() {
+  const double off2 = kOffMm * kOffMm * lowest_ratio_;
+  std::vector<Index> off;
+  for (Index v = 0; v < field_.VertexCount(); ++v) {
+    const __m128 z = simd::Load(smooth_[v]);
+    if (static_cast<double>(simd::Dot3(z, z)) > off2) off.push_back(v);
+    if (static_cast<Index>(off.size()) > kMostOff) return false;
+  }
+  if (off.empty()) return false;
+  const std::vector<Index> patch = field_.Surroundings(std::move(off), kPatchRings);
+  if (2 * static_cast<Index>(patch.size()) > field_.VertexCount()) return false;
+  patch_solver_.Solve(patch, {loads_, anchor_, preconditioner_, residual_}, &field_, &x_);
+  return true;
 }
 
 double KerfSolver::SmoothChunk(Index begin, Index end) {
