@@ -27,6 +27,18 @@ void BandCholesky::SetProfile(Index unknowns, std::vector<Index> first_block) {
   SetZero();
 }
 
+void BandCholesky::AddBlock(Index row, Index column, const float block[9]) {
+  const bool lower = row >= column;
+  const Index low = lower ? column : row, high = lower ? row : column;
+  for (Index r = 0; r < 3; ++r) {
+    const Index i = (high + r) / 8, lane = (high + r) % 8;
+    F8* columns = &matrix_[8 * static_cast<std::size_t>(offset_[i] - first_[i]) + low];
+    const Index count = row == column ? r + 1 : 3;
+    for (Index c = 0; c < count; ++c)
+      columns[c][lane] += lower ? block[3 * r + c] : block[3 * c + r];
+  }
+}
+
 void BandCholesky::SetZero() { std::fill(matrix_.begin(), matrix_.end(), F8{}); }
 
 void BandCholesky::Factor() {

@@ -23,6 +23,9 @@ class BandCholesky {
     const Index block = row / 8;
     matrix_[(8 * offset_[block] + column - 8 * first_[block])][row % 8] += value;
   }
+  /// Adds a 3×3 block (row by row) of a symmetric matrix at (row, column) and, on the other side of
+  /// the diagonal, its transpose. On the diagonal the block is symmetric.
+  void AddBlock(Index row, Index column, const float block[9]);
   void SetZero();
   void Factor();
   /// x = A⁻¹ x, array of 8·⌈unknowns/8⌉ floats.

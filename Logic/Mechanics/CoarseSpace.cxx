@@ -38,6 +38,7 @@ void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field
     origin_ = 0.5 * (low + high) - 0.5 * cell_mm_ * (size_.cast<double>() - Vec3::Ones());
     rows_.assign(rest.size(), {});
     node_.assign(4 * rest.size(), -1);
+    cell_.assign(rest.size(), 0);
     for (Index v = 0; v < static_cast<Index>(rest.size()); ++v) SetRow(rest[v], v);
     std::vector<char> reached(size_.prod(), 0);
     for (Index node : node_)
@@ -48,7 +49,9 @@ void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field
   }
   node_of_function_.clear();
   functions_of_node_.assign(size_.prod(), {});
-  parts_.assign(field.Chunks().size(), {});
+  parts_.assign(size_.prod(), {});
+  links_.clear();
+  for (const ElementField::Chunk& chunk : field.Chunks()) links_.push_back(LinkChunk(chunk));
   bool altered = false;
   Split(field, std::vector<char>(size_.prod(), 1), std::vector<char>(rest.size(), 0), &altered);
   OrderFunctions();
@@ -65,6 +68,10 @@ void CoarseSpace::SetRow(const Vec3& rest, Index inner) {
     corner[i] = std::clamp(static_cast<int>(std::floor(fraction[i])), 0, std::max(0, size_[i] - 2));
     fraction[i] = std::clamp(fraction[i] - corner[i], 0.0, 1.0);
   }
+  const auto number = [&] {
+    return (corner.x() * size_.y() + corner.y()) * size_.z() + corner.z();
+  };
+  cell_[inner] = number();
   int axis[3] = {0, 1, 2};
   std::stable_sort(axis, axis + 3, [&](int a, int b) { return fraction[a] > fraction[b]; });
   double upper = 1.0;
@@ -73,64 +80,98 @@ void CoarseSpace::SetRow(const Vec3& rest, Index inner) {
     row.weight[k] = static_cast<float>(upper - lower);
     // Tiny weights would tie functions to vertices that hardly feel them.
     if (row.weight[k] < 1e-4f) row.weight[k] = 0.0f;
-    node_[4 * inner + k] =
-        row.weight[k] > 0.0f ? (corner.x() * size_.y() + corner.y()) * size_.z() + corner.z() : -1;
+    node_[4 * inner + k] = row.weight[k] > 0.0f ? number() : -1;
     upper = lower;
     if (k < 3) ++corner[axis[k]];
   }
 }
 
+std::vector<std::uint16_t> CoarseSpace::LinkChunk(const ElementField::Chunk& chunk) const {
+  // Vertices that share a tetrahedron and a node are connected at that node: a chain through the
+  // entries of a node connects them all.
+  std::vector<std::uint16_t> parent(4 * chunk.vertices.size());
+  std::iota(parent.begin(), parent.end(), std::uint16_t{0});
+  const auto root = [&](std::uint16_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<std::array<Index, 4>> nodes(chunk.vertices.size());
+  for (std::size_t v = 0; v < nodes.size(); ++v)
+    std::copy_n(node_.begin() + 4 * chunk.vertices[v], 4, nodes[v].begin());
+  std::vector<std::pair<Index, std::uint16_t>> last_at_node(functions_of_node_.size(), {-1, 0});
+  for (Index i = 0; i < static_cast<Index>(chunk.tet.size()); ++i)
+    for (const auto& corner : chunk.blocks[i / 8].corner) {
+      const std::uint16_t vertex = corner[i % 8];
+      for (int k = 0; k < 4; ++k) {
+        if (nodes[vertex][k] < 0) continue;
+        const std::uint16_t entry = static_cast<std::uint16_t>(4 * vertex + k);
+        auto& [visited, last] = last_at_node[nodes[vertex][k]];
+        if (visited == i && parent[entry] != parent[last]) {
+          const std::uint16_t p = root(entry), q = root(last);
+          parent[std::max(p, q)] = std::min(p, q);
+        }
+        visited = i;
+        last = entry;
+      }
+    }
+  for (std::size_t e = 0; e < parent.size(); ++e) parent[e] = root(static_cast<std::uint16_t>(e));
+  return parent;
+}
+
 std::vector<Index> CoarseSpace::Split(const ElementField& field,
                                       const std::vector<char>& flagged_nodes,
                                       const std::vector<char>& is_old, bool* altered) {
-  // Row entries at flagged nodes, and where each vertex has its own.
-  const Index vertices = static_cast<Index>(rows_.size());
-  std::vector<Index> entries, parent(node_.size(), -1);
-  std::vector<char> near(vertices, 0);
-  for (Index e = 0; e < static_cast<Index>(node_.size()); ++e)
-    if (node_[e] >= 0 && flagged_nodes[node_[e]]) {
-      entries.push_back(e);
-      parent[e] = e;
-      near[e / 4] = 1;
+  // Row entries at flagged nodes, by the vertices that have some.
+  struct Entry {
+    Index node;
+    int k;  ///< in the row
+  };
+  std::vector<Entry> entries;
+  std::vector<Index> near, entries_begin;
+  std::vector<std::array<Index, 4>> entry_of(rows_.size(), {-1, -1, -1, -1});
+  for (Index v = 0; v < static_cast<Index>(rows_.size()); ++v) {
+    const std::size_t before = entries.size();
+    for (int k = 0; k < 4; ++k) {
+      const Index node = node_[4 * v + k];
+      if (node < 0 || !flagged_nodes[node]) continue;
+      entry_of[v][k] = static_cast<Index>(entries.size());
+      entries.push_back({node, k});
     }
-  // Vertices that share a tetrahedron and a node are connected at that node: a chain through the
-  // entries of a node connects them all.
-  std::vector<std::pair<Index, Index>> last_at_node(flagged_nodes.size(), {-1, -1});
-  Index visit = 0;
-  for (const ElementField::Chunk& chunk : field.Chunks()) {
-    std::vector<char> near_here(chunk.vertices.size());
-    bool any = false;
-    for (std::size_t v = 0; v < near_here.size(); ++v)
-      any |= near_here[v] = near[chunk.vertices[v]];
-    if (!any) continue;
-    for (std::size_t i = 0; i < chunk.tet.size(); ++i, ++visit)
-      for (int a = 0; a < 4; ++a) {
-        const std::uint16_t corner = chunk.blocks[i / 8].corner[a][i % 8];
-        if (!near_here[corner]) continue;
-        for (Index e = 4 * chunk.vertices[corner]; e < 4 * chunk.vertices[corner] + 4; ++e) {
-          if (parent[e] < 0) continue;
-          auto& [visited, last] = last_at_node[node_[e]];
-          if (visited == visit && parent[e] != parent[last]) {
-            const Index p = FindRoot(&parent, e), q = FindRoot(&parent, last);
-            parent[std::max(p, q)] = std::min(p, q);
-          }
-          visited = visit;
-          last = e;
-        }
+    if (entries.size() == before) continue;
+    near.push_back(v);
+    entries_begin.push_back(static_cast<Index>(before));
+  }
+  entries_begin.push_back(static_cast<Index>(entries.size()));
+  // What is connected at a node within a chunk is known; the vertices that chunks share do the
+  // rest.
+  std::vector<Index> parent(entries.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (std::size_t c = 0; c < links_.size(); ++c) {
+    const std::vector<Index>& vertices = field.Chunks()[c].vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      for (int k = 0; k < 4; ++k) {
+        const Index e = entry_of[vertices[v]][k];
+        const Index linked = links_[c][4 * v + k];
+        if (e < 0 || linked == static_cast<Index>(4 * v) + k) continue;
+        const Index p = FindRoot(&parent, e),
+                    q = FindRoot(&parent, entry_of[vertices[linked / 4]][linked % 4]);
+        parent[std::max(p, q)] = std::min(p, q);
       }
   }
   // Crumbs (copies at the rim of a support) stay with the heaviest part: only a real split is worth
   // a function.
-  std::vector<float> weight(node_.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
+  std::vector<float> weight(entries.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
   std::vector<Index> heaviest(flagged_nodes.size(), -1);
-  for (Index e : entries) {
-    const float w = rows_[e / 4].weight[e % 4];
-    weight[FindRoot(&parent, e)] += w;
-    total[node_[e]] += w;
+  for (std::size_t n = 0; n < near.size(); ++n)
+    for (Index e = entries_begin[n]; e < entries_begin[n + 1]; ++e) {
+      const float w = rows_[near[n]].weight[entries[e].k];
+      weight[FindRoot(&parent, e)] += w;
+      total[entries[e].node] += w;
+    }
+  for (Index e = 0; e < static_cast<Index>(entries.size()); ++e) {
+    Index& most = heaviest[entries[e].node];
+    if (weight[e] > 0.0f && (most < 0 || weight[e] > weight[most])) most = e;
   }
-  for (Index e : entries)
-    if (weight[e] > 0.0f && (heaviest[node_[e]] < 0 || weight[e] > weight[heaviest[node_[e]]]))
-      heaviest[node_[e]] = e;
   // Each part keeps the function of its first vertex where no other part has it.
   std::vector<std::pair<Index, std::vector<Index>>> before;
   for (std::size_t node = 0; node < flagged_nodes.size(); ++node)
@@ -139,15 +180,15 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
       before.emplace_back(static_cast<Index>(node), std::move(functions_of_node_[node]));
       functions_of_node_[node].clear();
     }
-  std::vector<Index> function_of_root(node_.size(), -1), changed;
+  std::vector<Index> function_of_root(entries.size(), -1), changed;
   Index next_free = 0;
-  for (Index v = 0; v < vertices; ++v) {
-    if (!near[v] || field.Outer(v) < 0) continue;
+  for (std::size_t n = 0; n < near.size(); ++n) {
+    const Index v = near[n];
+    if (field.Outer(v) < 0) continue;
     bool differs = false;
-    for (int k = 0; k < 4; ++k) {
-      const Index node = node_[4 * v + k];
-      if (node < 0 || !flagged_nodes[node]) continue;
-      Index root = FindRoot(&parent, 4 * v + k);
+    for (Index e = entries_begin[n]; e < entries_begin[n + 1]; ++e) {
+      const auto [node, k] = entries[e];
+      Index root = FindRoot(&parent, e);
       if (weight[root] < kCrumb * total[node]) root = heaviest[node];
       Index& function = function_of_root[root];
       if (function < 0) {
@@ -159,7 +200,7 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
           if (next_free == FunctionCount()) node_of_function_.push_back(-1);
           function = next_free;
         }
-        node_of_function_[function] = static_cast<Index>(node);
+        node_of_function_[function] = node;
         functions_of_node_[node].push_back(function);
       }
       differs |= is_old[v] && rows_[v].function[k] != function;
@@ -172,10 +213,12 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
   return changed;
 }
 
-bool CoarseSpace::Apply(const std::vector<Vec3>& rest, const ElementField& field,
-                        const ElementField::Patch& patch, std::vector<Index>* stale) {
+bool CoarseSpace::Apply(const Workers& workers, const std::vector<Vec3>& rest,
+                        const ElementField& field, const ElementField::Patch& patch,
+                        std::vector<Index>* stale) {
   rows_.resize(rest.size());
   node_.resize(4 * rest.size(), -1);
+  cell_.resize(rest.size(), 0);
   for (Index v = 0; v < static_cast<Index>(rest.size()); ++v)
     if (field.Outer(v) < 0) {
       rows_[v] = {};
@@ -189,19 +232,19 @@ bool CoarseSpace::Apply(const std::vector<Vec3>& rest, const ElementField& field
     for (int k = 0; k < 4; ++k)
       if (node_[4 * v + k] >= 0) flagged[node_[4 * v + k]] = 1;
   }
+  workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
+    links_[patch.chunks[which]] = LinkChunk(field.Chunks()[patch.chunks[which]]);
+  });
   bool altered = false;
   const std::vector<Index> changed = Split(field, flagged, is_old, &altered);
   stale->clear();
   // With the same functions, a copy moves as its original does: the Galerkin matrix is what it was.
   if (!altered && changed.empty()) return false;
   OrderFunctions();
-  std::vector<char> is_changed(rest.size(), 0), is_stale(field.Chunks().size(), 0);
+  std::vector<char> is_changed(rest.size(), 0);
   for (Index v : changed) is_changed[v] = 1;
   for (Index v : patch.new_vertices) is_changed[v] = 1;
-  for (Index c = 0; c < static_cast<Index>(is_stale.size()); ++c) {
-    for (Index v : field.Chunks()[c].vertices) is_stale[c] |= is_changed[v];
-    if (is_stale[c]) stale->push_back(c);
-  }
+  *stale = CellsAt(field, is_changed);
   return true;
 }
 

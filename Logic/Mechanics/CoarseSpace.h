@@ -25,12 +25,12 @@ class CoarseSpace {
   /// @param rest rest positions by inner vertex
   void Reset(const std::vector<Vec3>& rest, const ElementField& field);
   /// Rows of new vertices; functions whose support fell apart are split. @return whether that
-  /// changed the functions; then `stale` has the chunks whose Galerkin part is out of date
-  bool Apply(const std::vector<Vec3>& rest, const ElementField& field,
+  /// changed the functions; then `stale` has the cells whose Galerkin part is out of date
+  bool Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
              const ElementField::Patch& patch, std::vector<Index>* stale);
-  /// Galerkin parts of these chunks at the rotations of the last linearization.
-  void Assemble(const Workers& workers, const ElementField& field,
-                const std::vector<Index>& chunks);
+  /// Galerkin parts of these cells (all: `Cells()`) at the rotations of the last linearization.
+  void Assemble(const Workers& workers, const ElementField& field, const std::vector<Index>& cells);
+  Index Cells() const { return static_cast<Index>(parts_.size()); }
   /// Sum of all parts, loads and vertex anchors, factored. @param anchor g/s² by inner vertex
   void Factor(const FeatureLoads& loads, const std::vector<float>& anchor);
 
@@ -42,26 +42,42 @@ class CoarseSpace {
 
  private:
   struct Pair {
-    std::uint16_t row, column;  ///< functions, row ≤ column
+    std::uint16_t row, column;  ///< functions
     float block[9];
   };
+  /// What the tetrahedra of a cell add to PᵀKP: each pair of functions once.
+  struct Part {
+    std::vector<std::uint16_t> functions;
+    std::vector<Pair> pairs;
+  };
   void SetRow(const Vec3& rest, Index inner);
+  /// For each row entry (4 per vertex of the chunk) one that it is connected with at its node, the
+  /// same for all that are, by tetrahedra of the chunk.
+  std::vector<std::uint16_t> LinkChunk(const ElementField::Chunk& chunk) const;
   /// Splits the flagged nodes by connectivity. @param is_old by inner vertex: its row is in use.
   /// @return those of them whose row changed; `altered`: a node has other functions than before
   std::vector<Index> Split(const ElementField& field, const std::vector<char>& flagged_nodes,
                            const std::vector<char>& is_old, bool* altered);
   void OrderFunctions();
+  /// Cells of the tetrahedra with a corner where `vertices` (by inner vertex) is set. A tetrahedron
+  /// belongs to the cell of its first corner.
+  std::vector<Index> CellsAt(const ElementField& field, const std::vector<char>& vertices) const;
+  /// @param lanes chunk and lane of each tetrahedron
+  void AssembleCell(const ElementField& field, const std::vector<std::pair<Index, Index>>& lanes,
+                    Part* part) const;
 
   double cell_mm_ = 1.0;
   Vec3 origin_ = Vec3::Zero();
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();  ///< lattice nodes along each axis
   std::vector<Row> rows_;
+  std::vector<Index> cell_;  ///< lattice cell of each inner vertex, by its lowest node
   std::vector<Index> node_;  ///< lattice node of each row entry, 4 per inner vertex, −1 = none
   std::vector<Index> node_of_function_;  ///< −1 = unused
   std::vector<std::vector<Index>> functions_of_node_;
   std::vector<Index> position_;  ///< of each function in the factor
   Index used_ = 0;
-  std::vector<std::vector<Pair>> parts_;  ///< by chunk
+  std::vector<std::vector<std::uint16_t>> links_;  ///< by chunk
+  std::vector<Part> parts_;                        ///< by cell
   BandCholesky factor_;
   mutable std::vector<float> work_;
 };

@@ -1,8 +1,10 @@
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "Mechanics/CoarseSpace.h"
 
-// PᵀKP: gathered by chunks, factored, solved with.
+// PᵀKP: gathered by cells of the lattice, factored, solved with.
 namespace kerf {
 namespace {
 
@@ -10,88 +12,119 @@ constexpr std::uint16_t kNone = 0xFFFF;
 
 }  // namespace
 
-void CoarseSpace::Assemble(const Workers& workers, const ElementField& field,
-                           const std::vector<Index>& chunks) {
-  workers.ForChunks(static_cast<Index>(chunks.size()), 1, [&](Index which, Index) {
-    const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
-    std::vector<Pair>& part = parts_[chunks[which]];
-    part.clear();
-    // Functions by their number in this chunk, so that a pair is found without a search.
-    std::vector<std::uint16_t> local(FunctionCount(), kNone), functions;
-    std::vector<std::array<std::uint16_t, 4>> of_vertex(chunk.vertices.size());
-    for (std::size_t v = 0; v < of_vertex.size(); ++v)
-      for (int k = 0; k < 4; ++k) {
-        const Row& row = rows_[chunk.vertices[v]];
-        std::uint16_t& number = local[row.function[k]];
-        if (row.weight[k] > 0.0f && number == kNone) {
-          number = static_cast<std::uint16_t>(functions.size());
-          functions.push_back(row.function[k]);
-        }
-        of_vertex[v][k] = row.weight[k] > 0.0f ? number : kNone;
-      }
-    const std::size_t m = functions.size();
-    std::vector<Index> pair_at(m * m, -1);
-    std::vector<std::array<simd::F4, 3>> sums;  // rows of each block
+std::vector<Index> CoarseSpace::CellsAt(const ElementField& field,
+                                        const std::vector<char>& vertices) const {
+  std::vector<char> found(parts_.size(), 0), here;
+  for (const ElementField::Chunk& chunk : field.Chunks()) {
+    here.resize(chunk.vertices.size());
+    char any = 0;
+    for (std::size_t v = 0; v < here.size(); ++v) any |= here[v] = vertices[chunk.vertices[v]];
+    if (!any) continue;
     for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
-      const ElementBlock& block = chunk.blocks[i / 8];
-      const int lane = static_cast<int>(i % 8);
-      const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
-      // Gradients of the coarse functions on this tetrahedron.
-      std::uint16_t function[16];
-      simd::F4 h[16];
-      int count = 0;
-      for (int a = 0; a < 4; ++a) {
-        const std::uint16_t v = block.corner[a][lane];
-        const Row& row = rows_[chunk.vertices[v]];
-        for (int k = 0; k < 4; ++k) {
-          if (of_vertex[v][k] == kNone) continue;
-          int j = 0;
-          while (j < count && function[j] != of_vertex[v][k]) ++j;
-          if (j == count) {
-            function[count] = of_vertex[v][k];
-            h[count++] = {};
-          }
-          h[j].x += row.weight[k] * g(0, a);
-          h[j].y += row.weight[k] * g(1, a);
-          h[j].z += row.weight[k] * g(2, a);
-        }
-      }
-      const __m128 mu = _mm_set1_ps(0.5f * block.two_mu[lane]);
-      const __m128 lambda = _mm_set1_ps(block.lambda[lane]);
-      for (int s = 0; s < count; ++s)
-        for (int t = s; t < count; ++t) {
-          const bool ordered = functions[function[s]] <= functions[function[t]];
-          const int row = ordered ? s : t, column = ordered ? t : s;
-          Index& slot = pair_at[function[row] * m + function[column]];
-          if (slot < 0) {
-            slot = static_cast<Index>(part.size());
-            part.push_back({functions[function[row]], functions[function[column]], {}});
-            sums.emplace_back();
-          }
-          // λ h_r h_cᵀ + μ (h_c h_rᵀ + h_r·h_c I), row by row.
-          const __m128 hr = simd::Load(h[row]), hc = simd::Load(h[column]);
-          const __m128 lc = _mm_mul_ps(lambda, hc), mr = _mm_mul_ps(mu, hr);
-          const float dot = simd::Dot3(mr, hc);
-          const float r[3] = {h[row].x, h[row].y, h[row].z};
-          const float c[3] = {h[column].x, h[column].y, h[column].z};
-          for (int k = 0; k < 3; ++k) {
-            simd::F4* sum = &sums[slot][k];
-            const __m128 products =
-                _mm_add_ps(_mm_mul_ps(_mm_set1_ps(r[k]), lc), _mm_mul_ps(_mm_set1_ps(c[k]), mr));
-            simd::Store(sum, _mm_add_ps(simd::Load(*sum), products));
-          }
-          sums[slot][0].x += dot;
-          sums[slot][1].y += dot;
-          sums[slot][2].z += dot;
-        }
+      const auto& corner = chunk.blocks[i / 8].corner;
+      const std::size_t lane = i % 8;
+      if (here[corner[0][lane]] | here[corner[1][lane]] | here[corner[2][lane]] |
+          here[corner[3][lane]])
+        found[cell_[chunk.vertices[corner[0][lane]]]] = 1;
     }
-    for (std::size_t p = 0; p < part.size(); ++p)
-      for (int k = 0; k < 3; ++k) {
-        part[p].block[3 * k] = sums[p][k].x;
-        part[p].block[3 * k + 1] = sums[p][k].y;
-        part[p].block[3 * k + 2] = sums[p][k].z;
-      }
+  }
+  std::vector<Index> cells;
+  for (std::size_t c = 0; c < found.size(); ++c)
+    if (found[c]) cells.push_back(static_cast<Index>(c));
+  return cells;
+}
+
+void CoarseSpace::Assemble(const Workers& workers, const ElementField& field,
+                           const std::vector<Index>& cells) {
+  std::vector<Index> place(parts_.size(), -1);
+  for (std::size_t i = 0; i < cells.size(); ++i) place[cells[i]] = static_cast<Index>(i);
+  std::vector<std::vector<std::pair<Index, Index>>> lanes(cells.size());  // chunk, lane
+  std::vector<Index> here;
+  for (std::size_t c = 0; c < field.Chunks().size(); ++c) {
+    const ElementField::Chunk& chunk = field.Chunks()[c];
+    here.resize(chunk.vertices.size());
+    bool any = false;
+    for (std::size_t v = 0; v < here.size(); ++v)
+      any |= (here[v] = place[cell_[chunk.vertices[v]]]) >= 0;
+    for (std::size_t i = 0; any && i < chunk.tet.size(); ++i) {
+      const Index at = here[chunk.blocks[i / 8].corner[0][i % 8]];
+      if (at >= 0) lanes[at].emplace_back(static_cast<Index>(c), static_cast<Index>(i));
+    }
+  }
+  workers.ForChunks(static_cast<Index>(cells.size()), 8, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) AssembleCell(field, lanes[i], &parts_[cells[i]]);
   });
+}
+
+void CoarseSpace::AssembleCell(const ElementField& field,
+                               const std::vector<std::pair<Index, Index>>& lanes,
+                               Part* part) const {
+  part->functions.clear();
+  part->pairs.clear();
+  if (lanes.empty()) return;
+  std::vector<std::uint16_t> local(FunctionCount(), kNone);
+  for (const auto& [c, i] : lanes) {
+    const ElementField::Chunk& chunk = field.Chunks()[c];
+    for (const auto& corner : chunk.blocks[i / 8].corner) {
+      const Row& row = rows_[chunk.vertices[corner[i % 8]]];
+      for (int k = 0; k < 4; ++k) {
+        std::uint16_t& number = local[row.function[k]];
+        if (row.weight[k] == 0.0f || number != kNone) continue;
+        number = static_cast<std::uint16_t>(part->functions.size());
+        part->functions.push_back(row.function[k]);
+      }
+    }
+  }
+  // With h_f the gradient of a coarse function and G_fg = Σ μ h_f h_gᵀ, a block of PᵀKP is
+  // λ/μ G + Gᵀ + tr(G) I: Poisson's ratio, so λ/μ, is the same everywhere. G is dense, by rows of
+  // three components of each function.
+  const std::size_t m = part->functions.size(), width = (3 * m + 7) / 8;
+  std::vector<simd::F8> gram(3 * m * width, simd::F8{}), gradient(width);
+  const auto component = [&](std::size_t i) -> float& {
+    return reinterpret_cast<float*>(gradient.data())[i];
+  };
+  float ratio = 0.0f;
+  for (const auto& [c, i] : lanes) {
+    const ElementField::Chunk& chunk = field.Chunks()[c];
+    const ElementBlock& block = chunk.blocks[i / 8];
+    const int lane = static_cast<int>(i % 8);
+    const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
+    std::fill(gradient.begin(), gradient.end(), simd::F8{});
+    std::uint16_t function[16];
+    int count = 0;
+    for (int a = 0; a < 4; ++a) {
+      const Row& row = rows_[chunk.vertices[block.corner[a][lane]]];
+      for (int k = 0; k < 4; ++k) {
+        if (row.weight[k] == 0.0f) continue;
+        const std::uint16_t number = local[row.function[k]];
+        if (std::find(function, function + count, number) == function + count)
+          function[count++] = number;
+        for (int r = 0; r < 3; ++r) component(3 * number + r) += row.weight[k] * g(r, a);
+      }
+    }
+    const float mu = 0.5f * block.two_mu[lane];
+    ratio = block.lambda[lane] / mu;
+    for (int s = 0; s < count; ++s)
+      for (std::size_t row = 3 * function[s]; row < 3 * function[s] + 3u; ++row) {
+        const float scaled = mu * component(row);
+        for (std::size_t w = 0; w < width; ++w) gram[row * width + w] += scaled * gradient[w];
+      }
+  }
+  for (std::size_t f = 0; f < m; ++f)
+    for (std::size_t g = f; g < m; ++g) {
+      const auto at = [&](std::size_t r, std::size_t c) {
+        return gram[(3 * f + r) * width + (3 * g + c) / 8][(3 * g + c) % 8];
+      };
+      const float trace = at(0, 0) + at(1, 1) + at(2, 2);
+      Pair pair{part->functions[f], part->functions[g], {}};
+      float size = 0.0f;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+          pair.block[3 * r + c] = ratio * at(r, c) + at(c, r) + (r == c ? trace : 0.0f);
+          size += std::abs(at(r, c));
+        }
+      if (size > 0.0f) part->pairs.push_back(pair);
+    }
 }
 
 void CoarseSpace::Factor(const FeatureLoads& loads, const std::vector<float>& anchor) {
@@ -122,31 +155,22 @@ void CoarseSpace::Factor(const FeatureLoads& loads, const std::vector<float>& an
   const Index unknowns = 3 * used_;
   std::vector<Index> first((unknowns + 7) / 8);
   std::iota(first.begin(), first.end(), 0);
-  auto reach = [&](Index f, Index g) {
-    const Index low = std::min(position_[f], position_[g]),
-                high = std::max(position_[f], position_[g]);
-    for (Index block = 3 * high / 8; block <= (3 * high + 2) / 8; ++block)
-      first[block] = std::min(first[block], 3 * low / 8);
-  };
-  for (const auto& part : parts_)
-    for (const Pair& pair : part) reach(pair.row, pair.column);
-  for (const LoadRow& row : load_rows)
-    for (int s = 0; s < row.count; ++s) reach(row.function[0], row.function[s]);
-  for (const LoadRow& row : load_rows)
-    for (int s = 0; s < row.count; ++s)
-      for (int t = 0; t < s; ++t) reach(row.function[s], row.function[t]);
-  factor_.SetProfile(unknowns, std::move(first));
-  auto add = [&](Index f, Index g, const float* block) {
-    const Index row = 3 * position_[f], column = 3 * position_[g];
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) {
-        if (row > column || (row == column && r >= c))
-          factor_.Add(row + r, column + c, block[3 * r + c]);
-        if (row < column) factor_.Add(column + c, row + r, block[3 * r + c]);
+  // All functions of a part or a load are coupled with the first one of them.
+  const auto reach = [&](const auto* functions, std::size_t count) {
+    Index lowest = used_;
+    for (std::size_t i = 0; i < count; ++i) lowest = std::min(lowest, position_[functions[i]]);
+    for (std::size_t i = 0; i < count; ++i)
+      for (Index r = 0; r < 3; ++r) {
+        Index& block = first[(3 * position_[functions[i]] + r) / 8];
+        block = std::min(block, 3 * lowest / 8);
       }
   };
-  for (const auto& part : parts_)
-    for (const Pair& pair : part) add(pair.row, pair.column, pair.block);
+  for (const Part& part : parts_) reach(part.functions.data(), part.functions.size());
+  for (const LoadRow& row : load_rows) reach(row.function, static_cast<std::size_t>(row.count));
+  factor_.SetProfile(unknowns, std::move(first));
+  for (const Part& part : parts_)
+    for (const Pair& pair : part.pairs)
+      factor_.AddBlock(3 * position_[pair.row], 3 * position_[pair.column], pair.block);
   for (std::size_t l = 0; l < load_rows.size(); ++l) {
     const float* m = loads.Loads()[l].matrix;
     const LoadRow& row = load_rows[l];
@@ -155,7 +179,7 @@ void CoarseSpace::Factor(const FeatureLoads& loads, const std::vector<float>& an
         const float w = row.weight[s] * row.weight[t];
         const float block[9] = {w * m[0], w * m[5], w * m[4], w * m[5], w * m[1],
                                 w * m[3], w * m[4], w * m[3], w * m[2]};
-        add(row.function[s], row.function[t], block);
+        factor_.AddBlock(3 * position_[row.function[s]], 3 * position_[row.function[t]], block);
       }
   }
   std::vector<float> lumped(FunctionCount(), 0.0f);

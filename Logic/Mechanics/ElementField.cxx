@@ -110,7 +110,6 @@ void ElementField::Reset(const TetMesh& mesh, const Material& material) {
     MeasureChunk(&chunk);
   }
   LayOutSlots();
-  gradient_.assign(slot_.size(), {});
 }
 
 void ElementField::NumberChunk(const TetMesh& mesh, std::vector<Index>* number_of_inner,
@@ -181,131 +180,6 @@ Index ElementField::Components(std::vector<Index>* component) const {
   for (Index v = 0; v < VertexCount(); ++v)
     (*component)[v] = parent[v] == v ? count++ : (*component)[root(v)];
   return count;
-}
-
-void ElementField::LayOutSlots() {
-  Index slots = 0;
-  slot_begin_.assign(VertexCount() + 1, 0);
-  for (Chunk& chunk : chunks_) {
-    chunk.slot_begin = slots;
-    slots += static_cast<Index>(chunk.vertices.size());
-    for (Index inner : chunk.vertices) ++slot_begin_[inner + 1];
-  }
-  std::partial_sum(slot_begin_.begin(), slot_begin_.end(), slot_begin_.begin());
-  slot_.resize(slots);
-  product_.assign(slots, {});
-  std::vector<Index> next(slot_begin_.begin(), slot_begin_.end() - 1);
-  Index slot = 0;
-  for (const Chunk& chunk : chunks_)
-    for (Index inner : chunk.vertices) slot_[next[inner]++] = slot++;
-}
-
-Index ElementField::LargestChunk() const {
-  std::size_t largest = 0;
-  for (const Chunk& chunk : chunks_) largest = std::max(largest, chunk.vertices.size());
-  return static_cast<Index>(largest);
-}
-
-ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& mesh,
-                                        const Material& material, const TopologyChange& change) {
-  Patch patch;
-  const Index old_count = VertexCount(), count = mesh.VertexCount();
-  // A vertex that is one old vertex keeps its inner number; of several copies the first one does.
-  std::vector<Index> inner_of_outer(count, -1);
-  patch.inner_of_old.assign(old_count, -1);
-  for (Index v = 0; v < count; ++v)
-    for (int k = 0; k < 4; ++k) {
-      if (change.vertex_weights(v, k) != 1.0) continue;
-      const Index inner = inner_of_outer_[change.vertex_parents[v][k]];
-      if (patch.inner_of_old[inner] >= 0) break;
-      patch.inner_of_old[inner] = inner;
-      inner_of_outer[v] = inner;
-      break;
-    }
-  Index next_hole = 0, used = old_count;
-  for (Index v = 0; v < count; ++v) {
-    if (inner_of_outer[v] >= 0) continue;
-    while (next_hole < old_count && patch.inner_of_old[next_hole] >= 0) ++next_hole;
-    inner_of_outer[v] = next_hole < old_count ? next_hole++ : used++;
-    patch.new_vertices.push_back(inner_of_outer[v]);
-  }
-  inner_of_outer_ = std::move(inner_of_outer);
-  outer_of_inner_.assign(used, -1);
-  for (Index v = 0; v < count; ++v) outer_of_inner_[inner_of_outer_[v]] = v;
-
-  // New tetrahedra join the chunk of their parent.
-  std::vector<std::pair<Index, Index>> place_of_old(change.kept_tet.size());
-  for (Index c = 0; c < static_cast<Index>(chunks_.size()); ++c)
-    for (std::size_t i = 0; i < chunks_[c].tet.size(); ++i)
-      place_of_old[chunks_[c].tet[i]] = {c, static_cast<Index>(i)};
-  std::vector<char> is_kept(mesh.TetCount(), 0);
-  for (Index kept : change.kept_tet)
-    if (kept >= 0) is_kept[kept] = 1;
-  std::vector<std::vector<Index>> added(chunks_.size());
-  for (Index t = 0; t < mesh.TetCount(); ++t)
-    if (!is_kept[t]) added[place_of_old[change.parent_tet[t]].first].push_back(t);
-
-  std::vector<char> rebuilt(chunks_.size(), 0);
-  std::vector<std::vector<simd::F4>> old_gradient(chunks_.size());
-  workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
-    Chunk& chunk = chunks_[c];
-    const auto slots = gradient_.begin() + chunk.slot_begin;
-    old_gradient[c].assign(slots, slots + chunk.vertices.size());
-    std::vector<std::pair<Index, Index>> kept;  // lane, tetrahedron
-    kept.reserve(chunk.tet.size());
-    bool all_same = true;
-    for (Index i = 0; i < static_cast<Index>(chunk.tet.size()); ++i) {
-      const Index t = change.kept_tet[chunk.tet[i]];
-      if (t >= 0) {
-        kept.emplace_back(i, t);
-        bool same = true;
-        for (int a = 0; a < 4; ++a)
-          same &= inner_of_outer_[mesh.tets(t, a)] ==
-                  chunk.vertices[chunk.blocks[i / 8].corner[a][i % 8]];
-        all_same &= same;
-      }
-    }
-    rebuilt[c] = !all_same || !added[c].empty() || kept.size() != chunk.tet.size();
-    if (!rebuilt[c]) {
-      for (const auto& [lane, t] : kept) chunk.tet[lane] = t;
-      return;
-    }
-    Chunk fresh;
-    const std::size_t size = kept.size() + added[c].size();
-    fresh.tet.reserve(size);
-    fresh.blocks.resize((size + 7) / 8);
-    fresh.states.resize(fresh.blocks.size());
-    for (const auto& [lane, t] : kept) {
-      const std::size_t i = fresh.tet.size();
-      CopyLane(chunk.blocks[lane / 8], chunk.states[lane / 8], lane % 8, static_cast<int>(i % 8),
-               &fresh.blocks[i / 8], &fresh.states[i / 8]);
-      fresh.tet.push_back(t);
-    }
-    for (Index t : added[c]) {
-      const std::size_t i = fresh.tet.size();
-      const Index lane = place_of_old[change.parent_tet[t]].second;
-      SetLane(MakeElement(mesh, material, t), static_cast<int>(i % 8), &fresh.blocks[i / 8]);
-      SetLaneRotation(LaneRotation(chunk.states[lane / 8], lane % 8), fresh.blocks[i / 8],
-                      static_cast<int>(i % 8), &fresh.states[i / 8]);
-      fresh.tet.push_back(t);
-    }
-    if (size > 0) {
-      std::vector<Index> scratch(VertexCount(), -1);
-      NumberChunk(mesh, &scratch, &fresh);
-      MeasureChunk(&fresh);
-    }
-    chunk = std::move(fresh);
-  });
-  LayOutSlots();
-  gradient_.assign(slot_.size(), {});
-  for (std::size_t c = 0; c < chunks_.size(); ++c) {
-    if (rebuilt[c])
-      patch.chunks.push_back(static_cast<Index>(c));
-    else
-      std::copy(old_gradient[c].begin(), old_gradient[c].end(),
-                gradient_.begin() + chunks_[c].slot_begin);
-  }
-  return patch;
 }
 
 double ElementField::Linearize(const Workers& workers, const simd::F4* x, bool only_stale) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
+#include <utility>
 #include <vector>
 
+#include "Core/TopologyChange.h"
 #include "Mechanics/ElementKernels.h"
 #include "Mechanics/Parallel.h"
 
@@ -24,18 +27,16 @@ class ElementField {
     std::vector<float> volume_mm3;  ///< of each chunk vertex: a quarter of its tetrahedra
     std::vector<std::uint16_t>
         part;  ///< of each chunk vertex: a chunk vertex that it is connected with, one per part
-    Index slot_begin = 0;
-    double energy_nJ = 0.0;  ///< at the last linearization
-    bool stale = true;       ///< not linearized since it was built
+    Index slot_begin = 0, slot_room = 0;  ///< its slots; more of them than vertices
+    double energy_nJ = 0.0;               ///< at the last linearization
+    bool stale = true;                    ///< not linearized since it was built
   };
 
   /// What Apply changed, in inner numbers.
   struct Patch {
-    std::vector<Index>
-        inner_of_old;  ///< inner number of each old inner vertex that is still in use, else −1
-    std::vector<Index>
-        new_vertices;           ///< inner vertices that are new (or have another rest position)
-    std::vector<Index> chunks;  ///< rebuilt chunks
+    std::vector<Index> new_vertices;  ///< inner vertices that are new (or elsewhere at rest)
+    std::vector<std::array<Index, 4>> parents;  ///< theirs, in the inner numbers before
+    std::vector<Index> chunks;                  ///< rebuilt chunks
   };
 
   /// A few tetrahedra apart from their chunks, with a numbering of their own.
@@ -57,7 +58,6 @@ class ElementField {
   /// −1 for holes.
   Index Outer(Index inner) const { return outer_of_inner_[inner]; }
   const std::vector<Chunk>& Chunks() const { return chunks_; }
-  Index LargestChunk() const;
 
   /// Linearizes all chunks at x, or only those that a cut rebuilt; the gradient stays in its slots.
   /// @return W_I, nJ
@@ -95,6 +95,11 @@ class ElementField {
   void NumberChunk(const TetMesh& mesh, std::vector<Index>* number_of_inner, Chunk* chunk) const;
   static void MeasureChunk(Chunk* chunk);
   void LayOutSlots();
+  void RenumberVertices(const TopologyChange& change, Patch* patch);
+  /// @param added new tetrahedra, each with the lane of its parent; the numbers of the others are
+  /// those of the new mesh, −1 for those gone
+  void RebuildChunk(const TetMesh& mesh, const Material& material,
+                    const std::vector<std::pair<Index, Index>>& added, Chunk* chunk) const;
 
   std::vector<Chunk> chunks_;
   std::vector<Index> inner_of_outer_, outer_of_inner_;

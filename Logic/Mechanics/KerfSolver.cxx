@@ -15,7 +15,10 @@ constexpr double kVertexToleranceMm = 0.05;
 constexpr double kGapSafety = 1.5, kErrorSafety = 1.0;
 /// Part of the tolerance that a linear solve may leave. The vertices need more of it the lower the
 /// spectrum reaches, by the root of that: their tolerance, not the energy's, is the narrow one.
-constexpr double kLinearPart = 0.07;
+constexpr double kLinearPart = 0.07, kEnergyPart = 0.4, kFineError = 0.2;
+/// Where the energy is good enough already, it is the vertices that are not: a linear solve is to
+/// gain something all the same.
+constexpr double kLeastReduction = 0.1;
 /// Solves for a patch between two linear solves at most.
 constexpr int kMaxPatchSolves = 2;
 /// Motion below which nothing is worth solving, whatever the relative energy gap.
@@ -47,6 +50,8 @@ void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   last_positions_.resize(0, 3);
   lowest_ratio_ = 0.3;
   renumbered_ = true;
+  modes_.Clear();
+  was_cut_ = false;
 }
 
 void KerfSolver::SetRest() {
@@ -65,24 +70,24 @@ void KerfSolver::SetRest() {
 
 void KerfSolver::Apply(const TopologyChange& change) {
   if (!change.changed) return;
-  Points inner = Points::Zero(mesh_.VertexCount(), 3);
-  if (!x_.empty())
-    for (Index v = 0; v < mesh_.VertexCount(); ++v)
-      inner.row(v) = Eigen::Map<const Vec3>(&x_[3 * field_.Inner(v)]).transpose();
-  inner = change.MapVertexField(inner);
   // The caller maps its positions in the same way, so the next call recognizes the pose.
   if (last_positions_.rows() > 0) last_positions_ = change.MapVertexField(last_positions_);
   const ElementField::Patch patch = field_.Apply(workers_, change.mesh, material_, change);
   mesh_ = change.mesh;
-  SetRest();
-
   if (!x_.empty()) {
-    x_.assign(3 * static_cast<std::size_t>(field_.VertexCount()), 0.0);
-    for (Index v = 0; v < mesh_.VertexCount(); ++v)
-      At(&x_, field_.Inner(v)) = inner.row(v).transpose();
+    // All at once: a new vertex may have the place of one that another new one stems from.
+    std::vector<Vec3> at(patch.new_vertices.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < at.size(); ++i)
+      for (int k = 0; k < 4; ++k)
+        at[i] += change.vertex_weights(field_.Outer(patch.new_vertices[i]), k) *
+                 At(&x_, patch.parents[i][k]);
+    x_.resize(3 * static_cast<std::size_t>(field_.VertexCount()), 0.0);
+    for (std::size_t i = 0; i < at.size(); ++i) At(&x_, patch.new_vertices[i]) = at[i];
   }
+  SetRest();
   preconditioner_.Apply(workers_, rest_, field_, patch);
-  renumbered_ = true;
+  modes_.Apply(field_, change, patch);
+  was_cut_ = renumbered_ = true;
 }
 
 void KerfSolver::Synchronize(const Points& positions) {
@@ -109,6 +114,7 @@ void KerfSolver::Synchronize(const Points& positions) {
     for (Index v = 0; v < mesh_.VertexCount(); ++v)
       At(&x_, field_.Inner(v)) = inner_from_world * positions.row(v).transpose();
     field_.ResetRotations();
+    modes_.Clear();
   }
   elastic_nJ_ = Linearize(same);
 }
@@ -204,7 +210,9 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
   const int limit = options.max_newton_steps > 0 ? options.max_newton_steps : kMaxNewtonSteps;
   for (;; ++report->steps) {
     double start = Residual(&report->gradient_norm);
-    for (int patch = 0; patch < kMaxPatchSolves && CorrectPatch(); ++patch) {
+    // Before the first step it is the targets that moved, and everything is off.
+    const int most_patches = report->steps > 0 ? kMaxPatchSolves : 0;
+    for (int patch = 0; patch < most_patches && CorrectPatch(); ++patch) {
       elastic_nJ_ = Linearize(true);
       loads_nJ = loads_.Evaluate(world_from_inner_, x_);
       anchors_nJ = AnchorEnergy();
@@ -212,7 +220,7 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
     }
     const double energy = elastic_nJ_ + loads_nJ + anchors_nJ;
     double farthest = 0.0;
-    const double anchor_curvature = Direct(0.0f, &farthest);
+    const double anchor_curvature = Direct(0.0f, 0, &farthest);
     // ½ gᵀH⁻¹g, the energy still to gain, is at most ½ gᵀM⁻¹g over the lower end of the spectrum of
     // M⁻¹H.
     const double gap = kGapSafety * 0.5 * start / lowest_ratio_;
@@ -223,7 +231,11 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
     const int left = options.most_iterations > 0 ? options.most_iterations - report->cg_iterations
                                                  : kMaxCgIterations;
     if (report->converged || report->steps >= limit || left <= 0) break;
-    const double enough = kLinearPart * std::sqrt(lowest_ratio_) * options.tolerance * energy;
+    // Where no vertex is off, it is the energy alone that has to come within its tolerance.
+    const double part = error_mm < kFineError * kVertexToleranceMm
+                            ? kEnergyPart * lowest_ratio_
+                            : kLinearPart * std::sqrt(lowest_ratio_);
+    const double enough = std::min(part * options.tolerance * energy, kLeastReduction * start);
     const LinearSolve solve =
         SolveLinear(start, enough, anchor_curvature, std::min(left, kMaxCgIterations));
     report->cg_iterations += solve.iterations;

@@ -4,6 +4,7 @@
 
 #include "Mechanics/ElasticSolver.h"
 #include "Mechanics/PatchSolver.h"
+#include "Mechanics/RecycledModes.h"
 
 namespace kerf {
 
@@ -41,8 +42,9 @@ class KerfSolver final : public ElasticSolver {
   double SmoothChunk(Index begin, Index end);
   /// coarse_ = (PᵀKP)⁻¹ Pᵀ residual_ when all chunks are smoothed. @return its part of rᵀM⁻¹r
   double CorrectCoarse();
-  /// direction_ = M⁻¹ residual_ + beta direction_. @return Σ anchor |p|²; farthest motion of M⁻¹r
-  double Direct(float beta, double* farthest_mm);
+  /// direction_ = M⁻¹ residual_ + beta direction_; `iteration` of the linear solve. @return Σ
+  /// anchor |p|²; farthest motion of M⁻¹r
+  double Direct(float beta, int iteration, double* farthest_mm);
   /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
   /// done. @param most iterations
   LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
@@ -58,6 +60,7 @@ class KerfSolver final : public ElasticSolver {
   FeatureLoads loads_;
   TwoLevelPreconditioner preconditioner_;
   PatchSolver patch_solver_;
+  RecycledModes modes_;
   Vec3 center_ = Vec3::Zero();
   std::vector<Vec3> rest_;                    ///< by inner vertex, relative to the center
   std::vector<Index> component_;              ///< by inner vertex
@@ -77,6 +80,7 @@ class KerfSolver final : public ElasticSolver {
   double lowest_ratio_ =
       0.3;  ///< lower end of the spectrum of M⁻¹H as the last linear solve saw it
   bool renumbered_ = true;
+  bool was_cut_ = false;  ///< since the reset: only then are modes looked for
 };
 
 }  // namespace kerf

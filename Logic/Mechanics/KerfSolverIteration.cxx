@@ -23,6 +23,7 @@ constexpr double kCgReduction = 0.003;
 double KerfSolver::Residual(double* largest_uN) {
   std::vector<float> largest(VertexChunks(), 0.0f);
   coarse_parts_.resize(VertexChunks());
+  modes_.ReserveChunks(VertexChunks());
   const auto chunk = [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       const __m128 minus = _mm_set1_ps(-0.0f);
@@ -74,6 +75,7 @@ double KerfSolver::SmoothChunk(Index begin, Index end) {
     sum += static_cast<double>(simd::Dot3(r, z));
     preconditioner_.Restrict(v, r, sums.data());
   }
+  modes_.DotChunk(begin / kVertexChunk, begin, end, residual_.data());
   return sum;
 }
 
@@ -86,23 +88,25 @@ double KerfSolver::CorrectCoarse() {
                   _mm_add_ps(simd::Load(coarse_residual_[f]), simd::Load(part[f])));
   coarse_ = coarse_residual_;
   preconditioner_.SolveCoarse(coarse_.data());
-  double product = 0.0;
+  double product = modes_.Correct(VertexChunks());
   for (Index f = 0; f < functions; ++f)
     product +=
         static_cast<double>(simd::Dot3(simd::Load(coarse_residual_[f]), simd::Load(coarse_[f])));
   return product;
 }
 
-double KerfSolver::Direct(float beta, double* farthest_mm) {
+double KerfSolver::Direct(float beta, int iteration, double* farthest_mm) {
   std::vector<float> farthest(VertexChunks(), 0.0f);
   const __m128 b = _mm_set1_ps(beta);
+  F4* record = was_cut_ ? modes_.Record(iteration, field_.VertexCount()) : nullptr;
   const double curvature =
       workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
         double sum = 0.0;
         float most = 0.0f;
         for (Index v = begin; v < end; ++v) {
-          const __m128 z =
-              _mm_add_ps(simd::Load(smooth_[v]), preconditioner_.Prolong(v, coarse_.data()));
+          const __m128 z = _mm_add_ps(_mm_add_ps(simd::Load(smooth_[v]), modes_.At(v)),
+                                      preconditioner_.Prolong(v, coarse_.data()));
+          if (record) simd::Store(&record[v], z);
           const __m128 p =
               beta == 0.0f ? z : _mm_add_ps(z, _mm_mul_ps(b, simd::Load(direction_[v])));
           simd::Store(&direction_[v], p);
@@ -123,10 +127,8 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
   solve.start_nJ = solve.end_nJ = start_nJ;
   std::fill(step_.begin(), step_.end(), F4{});
   const Index chunks = static_cast<Index>(field_.Chunks().size());
-  // Where the energy is good enough already, it is the vertices that are not.
-  const double target =
-      std::max(kCgReduction * kCgReduction * start_nJ, std::min(enough_nJ, 0.05 * start_nJ));
-  std::vector<double> alphas, betas;
+  const double target = std::max(kCgReduction * kCgReduction * start_nJ, enough_nJ);
+  std::vector<double> alphas, betas, products;
   double rz = start_nJ, farthest = 0.0;
   while (solve.iterations < most && rz > target) {
     // Chunk `chunks` stands for the springs.
@@ -156,11 +158,12 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
     const double next = smoothed + CorrectCoarse();
     const double beta = next / rz;
     alphas.push_back(alpha);
+    products.push_back(rz);
     betas.push_back(beta);
     rz = next;
     ++solve.iterations;
     if (!(rz > target)) break;
-    anchor_curvature = Direct(static_cast<float>(beta), &farthest);
+    anchor_curvature = Direct(static_cast<float>(beta), solve.iterations, &farthest);
   }
   solve.end_nJ = rz;
   // The tridiagonal matrix of the iteration has the ends of the spectrum of M⁻¹H as its own.
@@ -171,8 +174,12 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
       diagonal[k] = 1.0 / alphas[k] + (k > 0 ? betas[k - 1] / alphas[k - 1] : 0.0);
       if (k + 1 < m) off[k] = std::sqrt(betas[k]) / alphas[k];
     }
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-    eigen.computeFromTridiagonal(diagonal, off, Eigen::EigenvaluesOnly);
+    Eigen::MatrixXd T = diagonal.asDiagonal();
+    for (Index k = 0; k + 1 < m; ++k) T(k, k + 1) = T(k + 1, k) = -off[k];
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
+    if (was_cut_)
+      modes_.Learn(workers_, field_.VertexCount(), eigen.eigenvalues(), eigen.eigenvectors(),
+                   products);
     lowest_ratio_ = std::clamp(eigen.eigenvalues()[0], 0.02, 1.0);
   }
   return solve;

@@ -8,11 +8,11 @@ namespace {
 
 using simd::F4;
 
-constexpr int kMaxNewtonSteps = 4, kMaxCgIterations = 40, kMaxHalvings = 4;
+constexpr int kMaxNewtonSteps = 2, kMaxCgIterations = 40, kMaxHalvings = 4;
 /// Reduction of the residual by a linear solve, in the norm of the preconditioner.
-constexpr double kCgReduction = 0.1;
+constexpr double kCgReduction = 0.2;
 /// A step whose longest motion is shorter was the last one.
-constexpr float kSmallMm = 0.002f;
+constexpr float kSmallMm = 0.01f;
 
 double Dot(const std::vector<F4>& a, const std::vector<F4>& b, Index count) {
   double sum = 0.0;

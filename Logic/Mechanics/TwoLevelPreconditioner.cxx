@@ -16,15 +16,18 @@ void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec
   factored_anchor_.assign(field.VertexCount(), 0.0f);
   factored_ = factored_anchor_;
   diagonal_.assign(field.Chunks().size(), {});
-  std::vector<Index> all(field.Chunks().size());
-  std::iota(all.begin(), all.end(), 0);
-  Refresh(workers, field, all);
+  std::vector<Index> chunks(field.Chunks().size()), cells(coarse_.Cells());
+  std::iota(chunks.begin(), chunks.end(), 0);
+  std::iota(cells.begin(), cells.end(), 0);
+  coarse_.Assemble(workers, field, cells);
+  coarse_stale_ = true;
+  RefreshDiagonal(workers, field, chunks);
 }
 
 void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec3>& rest,
                                    const ElementField& field, const ElementField::Patch& patch) {
   std::vector<Index> stale;
-  if (coarse_.Apply(rest, field, patch, &stale)) {
+  if (coarse_.Apply(workers, rest, field, patch, &stale)) {
     coarse_.Assemble(workers, field, stale);
     coarse_stale_ = true;
   }
@@ -33,16 +36,9 @@ void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec
   RefreshDiagonal(workers, field, patch.chunks);
 }
 
-void TwoLevelPreconditioner::Refresh(const Workers& workers, const ElementField& field,
-                                     const std::vector<Index>& chunks) {
-  coarse_stale_ = true;
-  coarse_.Assemble(workers, field, chunks);
-  RefreshDiagonal(workers, field, chunks);
-}
-
 void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const ElementField& field,
                                              const std::vector<Index>& chunks) {
-  diagonal_stale_ = true;
+  diagonal_stale_.insert(diagonal_stale_.end(), chunks.begin(), chunks.end());
   workers.ForChunks(static_cast<Index>(chunks.size()), 1, [&](Index which, Index) {
     const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
     std::vector<Diagonal>& diagonal = diagonal_[chunks[which]];
@@ -83,22 +79,35 @@ void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& 
     factored_ = std::move(held);
     coarse_.Factor(loads, anchor);
   }
-  if (!same || diagonal_stale_) InvertDiagonal(workers, field, loads);
-  coarse_stale_ = diagonal_stale_ = false;
+  if (!same || !diagonal_stale_.empty()) {
+    // Only vertices of these chunks have another diagonal, unless all loads count anew.
+    std::vector<char> stale(field.VertexCount(), !same);
+    for (Index c : diagonal_stale_)
+      for (Index v : field.Chunks()[c].vertices) stale[v] = 1;
+    InvertDiagonal(workers, field, loads, stale);
+  }
+  coarse_stale_ = false;
+  diagonal_stale_.clear();
 }
 
 void TwoLevelPreconditioner::InvertDiagonal(const Workers& workers, const ElementField& field,
-                                            const FeatureLoads& loads) {
+                                            const FeatureLoads& loads,
+                                            const std::vector<char>& stale) {
   std::vector<Diagonal> sum(field.VertexCount(), Diagonal{});
   for (std::size_t c = 0; c < diagonal_.size(); ++c)
-    for (std::size_t i = 0; i < diagonal_[c].size(); ++i)
-      for (int k = 0; k < 6; ++k) sum[field.Chunks()[c].vertices[i]][k] += diagonal_[c][i][k];
+    for (std::size_t i = 0; i < diagonal_[c].size(); ++i) {
+      const Index v = field.Chunks()[c].vertices[i];
+      if (!stale[v]) continue;
+      for (int k = 0; k < 6; ++k) sum[v][k] += diagonal_[c][i][k];
+    }
   loads.ForVertices(0, field.VertexCount(), [&](Index v, Index l, float w) {
     for (int k = 0; k < 6; ++k) sum[v][k] += w * w * loads.Loads()[l].matrix[k];
   });
-  inverse_.assign(field.VertexCount(), Inverse{});
+  inverse_.resize(field.VertexCount());
   workers.ForChunks(field.VertexCount(), 1024, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
+      if (!stale[v]) continue;
+      inverse_[v] = {};
       const Diagonal& d = sum[v];
       Mat3 block;
       block << d[0], d[5], d[4], d[5], d[1], d[3], d[4], d[3], d[2];

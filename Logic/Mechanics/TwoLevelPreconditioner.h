@@ -12,8 +12,6 @@ class TwoLevelPreconditioner {
   void Reset(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field);
   void Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
              const ElementField::Patch& patch);
-  /// The parts of these chunks anew, at their current rotations.
-  void Refresh(const Workers& workers, const ElementField& field, const std::vector<Index>& chunks);
   /// Loads or anchors may have changed: factors again if they differ enough from those factored (or
   /// after a refresh).
   void Update(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
@@ -55,12 +53,15 @@ class TwoLevelPreconditioner {
   CoarseSpace coarse_;
   void RefreshDiagonal(const Workers& workers, const ElementField& field,
                        const std::vector<Index>& chunks);
-  void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads);
+  /// @param stale by inner vertex
+  void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
+                      const std::vector<char>& stale);
   std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
   std::vector<Inverse> inverse_;
   std::vector<float> factored_anchor_;  ///< by inner vertex
   std::vector<float> factored_;         ///< likewise, with the loads' stiffness
-  bool coarse_stale_ = true, diagonal_stale_ = true;
+  std::vector<Index> diagonal_stale_;   ///< chunks
+  bool coarse_stale_ = true;
 };
 
 }  // namespace kerf

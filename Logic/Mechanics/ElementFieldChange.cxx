@@ -1,0 +1,167 @@
+// How an ElementField follows a cut: at a cost that follows the cut, apart from passes over flat
+// arrays.
+#include <algorithm>
+#include <numeric>
+
+#include "Mechanics/ElementField.h"
+
+namespace kerf {
+
+void ElementField::LayOutSlots() {
+  // Chunks have room to grow by a few cuts; if one outgrew it, all move.
+  const bool fits = std::all_of(chunks_.begin(), chunks_.end(), [](const Chunk& chunk) {
+    return static_cast<Index>(chunk.vertices.size()) <= chunk.slot_room;
+  });
+  if (!fits) {
+    Index slots = 0;
+    std::vector<simd::F4> gradient;
+    for (Chunk& chunk : chunks_) {
+      const Index count = static_cast<Index>(chunk.vertices.size());
+      const auto old = gradient_.begin() + chunk.slot_begin;
+      gradient.resize(slots);
+      gradient.insert(gradient.end(), old, old + std::min(count, chunk.slot_room));
+      chunk.slot_begin = slots;
+      chunk.slot_room = count + count / 8 + 16;
+      slots += chunk.slot_room;
+    }
+    gradient.resize(slots);
+    gradient_ = std::move(gradient);
+    product_.assign(slots, {});
+  }
+  slot_begin_.assign(VertexCount() + 1, 0);
+  for (const Chunk& chunk : chunks_)
+    for (Index inner : chunk.vertices) ++slot_begin_[inner + 1];
+  std::partial_sum(slot_begin_.begin(), slot_begin_.end(), slot_begin_.begin());
+  slot_.resize(slot_begin_.back());
+  std::vector<Index> next(slot_begin_.begin(), slot_begin_.end() - 1);
+  for (const Chunk& chunk : chunks_) {
+    Index slot = chunk.slot_begin;
+    for (Index inner : chunk.vertices) slot_[next[inner]++] = slot++;
+  }
+}
+
+void ElementField::RenumberVertices(const TopologyChange& change, Patch* patch) {
+  const Index old_count = VertexCount(), count = change.mesh.VertexCount();
+  // A vertex that is one old vertex keeps its inner number; of several copies the first one does.
+  std::vector<Index> inner_of_outer(count, -1);
+  std::vector<char> in_use(old_count, 0);
+  for (Index v = 0; v < count; ++v)
+    for (int k = 0; k < 4; ++k) {
+      if (change.vertex_weights(v, k) != 1.0) continue;
+      const Index inner = inner_of_outer_[change.vertex_parents[v][k]];
+      if (in_use[inner]) break;
+      in_use[inner] = 1;
+      inner_of_outer[v] = inner;
+      break;
+    }
+  Index next_hole = 0, used = old_count;
+  for (Index v = 0; v < count; ++v) {
+    if (inner_of_outer[v] >= 0) continue;
+    while (next_hole < old_count && in_use[next_hole]) ++next_hole;
+    inner_of_outer[v] = next_hole < old_count ? next_hole++ : used++;
+    patch->new_vertices.push_back(inner_of_outer[v]);
+    std::array<Index, 4> parents;
+    for (int k = 0; k < 4; ++k) parents[k] = inner_of_outer_[change.vertex_parents[v][k]];
+    patch->parents.push_back(parents);
+  }
+  inner_of_outer_ = std::move(inner_of_outer);
+  outer_of_inner_.assign(used, -1);
+  for (Index v = 0; v < count; ++v) outer_of_inner_[inner_of_outer_[v]] = v;
+}
+
+ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& mesh,
+                                        const Material& material, const TopologyChange& change) {
+  Patch patch;
+  RenumberVertices(change, &patch);
+  // Only tetrahedra at new vertices can have other corners than before.
+  enum : char { kNew, kSame, kOtherCorners };
+  std::vector<char> is_new_vertex(mesh.VertexCount(), 0), kind(mesh.TetCount(), kNew);
+  for (Index inner : patch.new_vertices) is_new_vertex[outer_of_inner_[inner]] = 1;
+  for (Index kept : change.kept_tet)
+    if (kept >= 0) kind[kept] = kSame;
+  std::vector<Index> fresh_tets;
+  std::vector<char> is_parent(change.kept_tet.size(), 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    const Index* corner = mesh.tets.data() + 4 * t;
+    if (kind[t] == kNew) {
+      fresh_tets.push_back(t);
+      is_parent[change.parent_tet[t]] = 1;
+    } else if (is_new_vertex[corner[0]] | is_new_vertex[corner[1]] | is_new_vertex[corner[2]] |
+               is_new_vertex[corner[3]]) {
+      kind[t] = kOtherCorners;
+    }
+  }
+  // New tetrahedra join the chunk of their parent.
+  std::vector<char> rebuilt(chunks_.size(), 0);
+  std::vector<std::vector<std::pair<Index, Index>>> parents(chunks_.size());  // parent, its lane
+  workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
+    for (std::size_t i = 0; i < chunks_[c].tet.size(); ++i) {
+      Index& t = chunks_[c].tet[i];
+      if (is_parent[t]) parents[c].emplace_back(t, static_cast<Index>(i));
+      t = change.kept_tet[t];
+      rebuilt[c] |= t < 0 || kind[t] == kOtherCorners;
+    }
+    rebuilt[c] |= !parents[c].empty();
+    std::sort(parents[c].begin(), parents[c].end());
+  });
+  std::vector<std::pair<Index, Index>> children;  // parent, child
+  for (Index t : fresh_tets) children.emplace_back(change.parent_tet[t], t);
+  std::sort(children.begin(), children.end());
+  for (std::size_t c = 0; c < chunks_.size(); ++c)
+    if (rebuilt[c]) patch.chunks.push_back(static_cast<Index>(c));
+  workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
+    const Index c = patch.chunks[which];
+    std::vector<std::pair<Index, Index>> added;  // tetrahedron, lane of its parent
+    for (const auto& [parent, lane] : parents[c])
+      for (auto child = std::lower_bound(children.begin(), children.end(),
+                                         std::make_pair(parent, Index{-1}));
+           child != children.end() && child->first == parent; ++child)
+        added.emplace_back(child->second, lane);
+    std::sort(added.begin(), added.end());
+    RebuildChunk(mesh, material, added, &chunks_[c]);
+  });
+  LayOutSlots();
+  return patch;
+}
+
+void ElementField::RebuildChunk(const TetMesh& mesh, const Material& material,
+                                const std::vector<std::pair<Index, Index>>& added,
+                                Chunk* chunk) const {
+  Chunk fresh;
+  fresh.slot_begin = chunk->slot_begin;
+  fresh.slot_room = chunk->slot_room;
+  const std::size_t kept = static_cast<std::size_t>(
+      std::count_if(chunk->tet.begin(), chunk->tet.end(), [](Index t) { return t >= 0; }));
+  const std::size_t size = kept + added.size();
+  fresh.tet.reserve(size);
+  fresh.blocks.resize((size + 7) / 8);
+  fresh.states.resize(fresh.blocks.size());
+  for (std::size_t lane = 0; lane < chunk->tet.size(); ++lane) {
+    if (chunk->tet[lane] < 0) continue;
+    const std::size_t i = fresh.tet.size();
+    // Whole blocks before the first tetrahedron that is gone stay as they are.
+    if (i == lane && lane % 8 == 0) {
+      fresh.blocks[i / 8] = chunk->blocks[i / 8];
+      fresh.states[i / 8] = chunk->states[i / 8];
+    } else if (i != lane) {
+      CopyLane(chunk->blocks[lane / 8], chunk->states[lane / 8], static_cast<int>(lane % 8),
+               static_cast<int>(i % 8), &fresh.blocks[i / 8], &fresh.states[i / 8]);
+    }
+    fresh.tet.push_back(chunk->tet[lane]);
+  }
+  for (const auto& [t, lane] : added) {
+    const std::size_t i = fresh.tet.size();
+    SetLane(MakeElement(mesh, material, t), static_cast<int>(i % 8), &fresh.blocks[i / 8]);
+    SetLaneRotation(LaneRotation(chunk->states[lane / 8], lane % 8), fresh.blocks[i / 8],
+                    static_cast<int>(i % 8), &fresh.states[i / 8]);
+    fresh.tet.push_back(t);
+  }
+  if (size > 0) {
+    std::vector<Index> scratch(VertexCount(), -1);
+    NumberChunk(mesh, &scratch, &fresh);
+    MeasureChunk(&fresh);
+  }
+  *chunk = std::move(fresh);
+}
+
+}  // namespace kerf

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "Mechanics/ElementField.h"
+
+namespace kerf {
+
+/// The softest motions of the last frames' linear solves, as a third part of the preconditioner,
+/// M⁻¹ += Σ w wᵀ/θ: a cut that grows opens in much the same way in the next frame, and the coarse
+/// lattice cannot follow it before it has parted the support of its nodes. Ritz vectors w of M⁻¹H
+/// with their values θ cost the iteration that found them nothing but the memory of it.
+class RecycledModes {
+ public:
+  void Clear();
+  /// New vertices take part as those do that they stem from.
+  void Apply(const ElementField& field, const TopologyChange& change,
+             const ElementField::Patch& patch);
+
+  /// Where M⁻¹ r of an iteration (from 0 on) belongs, by inner vertex; null if it is not needed.
+  simd::F4* Record(int iteration, Index vertices);
+  /// Takes the softest Ritz vectors. @param values, vectors of the tridiagonal matrix of the
+  /// iteration, ascending; @param products rᵀM⁻¹r of the recorded iterations
+  void Learn(const Workers& workers, Index vertices, const Eigen::VectorXd& values,
+             const Eigen::MatrixXd& vectors, const std::vector<double>& products);
+
+  /// wᵀr of a chunk of vertices.
+  void DotChunk(Index chunk, Index begin, Index end, const simd::F4* residual);
+  /// Amounts of all modes, of the sums of `chunks` chunks. @return their part of rᵀM⁻¹r
+  double Correct(Index chunks);
+  void ReserveChunks(Index chunks) { dots_.resize(chunks * modes_.size()); }
+  /// Their part of M⁻¹r at a vertex.
+  __m128 At(Index inner) const {
+    __m128 sum = _mm_setzero_ps();
+    for (const Mode& mode : modes_)
+      sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(mode.amount), simd::Load(mode.motion[inner])));
+    return sum;
+  }
+
+ private:
+  struct Mode {
+    std::vector<simd::F4> motion;  ///< by inner vertex
+    double stiffness = 1.0;        ///< wᵀ H w when it was found
+    float amount = 0.0f;
+  };
+  std::vector<Mode> modes_;
+  std::vector<float> dots_;  ///< by chunk and mode
+  std::vector<std::vector<simd::F4>> records_;
+};
+
+}  // namespace kerf

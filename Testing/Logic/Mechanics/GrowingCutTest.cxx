@@ -1,0 +1,202 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <set>
+
+#include "Mechanics/ExactSolver.h"
+#include "Mechanics/PatchSolver.h"
+#include "Mechanics/RecycledModes.h"
+#include "SpringScene.h"
+#include "VertexSplitting.h"
+
+namespace kerf {
+namespace {
+
+using testing::Kidney;
+using testing::LargestDistance;
+using testing::SoftTissue;
+
+/// A field that is linearized at a bent shape.
+class Fields : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    mesh_ = testing::Jitter(Kidney(5), 0.2, 8.0, 2);
+    field_.Reset(mesh_, SoftTissue());
+    x_.resize(3 * mesh_.VertexCount());
+    for (Index v = 0; v < mesh_.VertexCount(); ++v) {
+      const Vec3 rest = mesh_.rest.row(v).transpose();
+      const Vec3 at(rest.x() * 1.05, rest.y(), rest.z() + 0.002 * rest.x() * rest.x());
+      for (int i = 0; i < 3; ++i) x_[3 * field_.Inner(v) + i] = at[i];
+    }
+    field_.Linearize(workers_, Single().data(), false);
+  }
+  std::vector<simd::F4> Single() const {
+    std::vector<simd::F4> out(x_.size() / 3);
+    for (std::size_t v = 0; v < out.size(); ++v)
+      out[v] = {static_cast<float>(x_[3 * v]), static_cast<float>(x_[3 * v + 1]),
+                static_cast<float>(x_[3 * v + 2]), 0.0f};
+    return out;
+  }
+
+  TetMesh mesh_;
+  Workers workers_;
+  ElementField field_;
+  std::vector<double> x_;  ///< by inner vertex
+};
+
+TEST_F(Fields, SurroundingsAreTheVerticesThatTetrahedraConnect) {
+  std::set<Index> expected = {7, 300};
+  for (int ring = 0; ring < 2; ++ring) {
+    const std::set<Index> before = expected;
+    for (Index t = 0; t < mesh_.TetCount(); ++t) {
+      bool touched = false;
+      for (Index v : mesh_.tets.row(t)) touched |= before.count(field_.Inner(v)) > 0;
+      if (touched)
+        for (Index v : mesh_.tets.row(t)) expected.insert(field_.Inner(v));
+    }
+    EXPECT_EQ(field_.Surroundings({7, 300}, ring + 1),
+              std::vector<Index>(expected.begin(), expected.end()));
+  }
+}
+
+TEST_F(Fields, AnExcerptHasTheForcesOfTheWholeAtItsVertices) {
+  const std::vector<Index> vertices = field_.Surroundings({41}, 2);
+  ElementField::Excerpt excerpt;
+  field_.Extract(vertices, &excerpt);
+  ASSERT_TRUE(std::equal(vertices.begin(), vertices.end(), excerpt.vertices.begin()));
+  const std::vector<simd::F4> whole = Single();
+  std::vector<simd::F4> x, gradient(excerpt.vertices.size());
+  for (Index v : excerpt.vertices) x.push_back(whole[v]);
+  Linearize(excerpt.blocks.data(), excerpt.states.data(), static_cast<int>(excerpt.blocks.size()),
+            x.data(), gradient.data());
+  float largest = 0.0f;
+  for (const simd::F4& g : gradient) largest = std::max(largest, std::abs(g.x));
+  ASSERT_GT(largest, 0.0f);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    simd::F4 expected;
+    simd::Store(&expected, field_.GradientAt(vertices[i]));
+    EXPECT_NEAR(gradient[i].x, expected.x, 1e-3f * largest);
+    EXPECT_NEAR(gradient[i].y, expected.y, 1e-3f * largest);
+    EXPECT_NEAR(gradient[i].z, expected.z, 1e-3f * largest);
+  }
+}
+
+TEST_F(Fields, APatchComesToRestAndNothingElseMoves) {
+  Springs springs = testing::SurfaceSprings(mesh_, 60, 1e4);
+  FeatureLoads loads;
+  loads.Set(springs, {}, mesh_, field_, true);
+  loads.Evaluate(Eigen::Isometry3d::Identity(), x_);
+  const std::vector<float> anchor(field_.VertexCount(), 1.0f);
+  TwoLevelPreconditioner preconditioner;
+  std::vector<Vec3> rest(field_.VertexCount());
+  for (Index v = 0; v < mesh_.VertexCount(); ++v)
+    rest[field_.Inner(v)] = mesh_.rest.row(v).transpose();
+  preconditioner.Reset(workers_, rest, field_);
+  preconditioner.Update(workers_, field_, loads, anchor);
+  const auto residual = [&] {
+    std::vector<simd::F4> r(field_.VertexCount());
+    for (Index v = 0; v < field_.VertexCount(); ++v)
+      simd::Store(&r[v], _mm_sub_ps(_mm_setzero_ps(), field_.GradientAt(v)));
+    loads.ForVertices(0, field_.VertexCount(), [&](Index v, Index l, float w) {
+      simd::Store(&r[v],
+                  _mm_sub_ps(simd::Load(r[v]),
+                             _mm_mul_ps(_mm_set1_ps(w), simd::Load(loads.Loads()[l].gradient))));
+    });
+    return r;
+  };
+  const std::vector<Index> patch = field_.Surroundings({41}, 3);
+  const auto largest = [&](const std::vector<simd::F4>& r) {
+    float most = 0.0f;
+    for (Index v : patch) most = std::max(most, simd::Dot3(simd::Load(r[v]), simd::Load(r[v])));
+    return std::sqrt(most);
+  };
+  const std::vector<double> before = x_;
+  const std::vector<simd::F4> start = residual();
+  PatchSolver solver;
+  solver.Solve(patch, {loads, anchor, preconditioner, start}, &field_, &x_);
+  field_.Linearize(workers_, Single().data(), true);  // what the solver marked, no more
+  loads.Evaluate(Eigen::Isometry3d::Identity(), x_);
+  EXPECT_LT(largest(residual()), 0.2f * largest(start));
+  for (Index v = 0; v < field_.VertexCount(); ++v) {
+    if (std::binary_search(patch.begin(), patch.end(), v)) continue;
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(x_[3 * v + i], before[3 * v + i]);
+  }
+}
+
+TEST_F(Fields, AModeCorrectsItsOwnMotionAlone) {
+  // Records z_k with rᵀz = p_k and an identity of vectors: the mode is the first record.
+  RecycledModes modes;
+  const Index n = field_.VertexCount();
+  const Index terms = 6;
+  for (int k = 0; k < terms; ++k) {
+    simd::F4* record = modes.Record(k, n);
+    for (Index v = 0; v < n; ++v) record[v] = {k == 0 && v < 10 ? 2.0f : 0.0f, 0, 0, 0};
+  }
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(terms, 1.0);
+  values[0] = 0.1;
+  modes.Learn(workers_, n, values, Eigen::MatrixXd::Identity(terms, terms),
+              std::vector<double>(terms, 4.0));
+  // w is 2/√4 = 1 along x at ten vertices, θ = 0.1: M⁻¹r gets w (wᵀr)/θ.
+  std::vector<simd::F4> r(n);
+  r[3] = {0.5f, 9.0f, 9.0f, 0};
+  r[20] = {7.0f, 0, 0, 0};
+  modes.ReserveChunks(1);
+  modes.DotChunk(0, 0, n, r.data());
+  EXPECT_NEAR(modes.Correct(1), 0.5 * 0.5 / 0.1, 1e-5);
+  simd::F4 at;
+  simd::Store(&at, modes.At(9));
+  EXPECT_NEAR(at.x, 5.0f, 1e-5);
+  simd::Store(&at, modes.At(20));
+  EXPECT_EQ(at.x, 0.0f);
+  modes.Clear();
+  EXPECT_EQ(modes.Correct(1), 0.0);
+}
+
+TEST(GrowingCut, TakesOneStepOfTheWholeMeshAFrameAndStaysWithinTolerance) {
+  TetMesh mesh = Kidney(6);
+  std::vector<std::pair<double, Index>> seam;  // between the sides of x = 3, along y
+  std::vector<char> sides(mesh.VertexCount(), 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    double x = 0.0;
+    for (Index v : mesh.tets.row(t)) x += 0.25 * mesh.rest(v, 0);
+    for (Index v : mesh.tets.row(t)) sides[v] |= x > 3.0 ? 2 : 1;
+  }
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    if (sides[v] == 3) seam.emplace_back(mesh.rest(v, 1), v);
+  std::sort(seam.begin(), seam.end());
+  Springs springs = testing::SurfaceSprings(mesh, 225, 1e4);
+  auto solver = MakeKerfSolver();
+  auto exact = MakeExactSolver();
+  solver->Reset(mesh, SoftTissue());
+  exact->Reset(mesh, SoftTissue());
+  Points positions = mesh.rest;
+  SolveOptions tight;
+  tight.tolerance = 1e-7;
+  int steps = 0;
+  for (int frame = 0; frame < 25; ++frame) {
+    std::vector<Index> front;
+    for (int i = 5 * frame; i < 5 * frame + 5; ++i) front.push_back(seam[i].second);
+    const TopologyChange change = testing::OpenPlane(mesh, front, Vec3::UnitX(), 3.0);
+    springs.at = change.MapEmbedding(springs.at, mesh);
+    positions = change.MapVertexField(positions);
+    mesh = change.mesh;
+    testing::MoveTargets(mesh, (frame + 1) / 30.0, &springs);
+    solver->Apply(change);
+    exact->Apply(change);
+    const SolveReport report = solver->Solve(springs, {}, {}, &positions, nullptr);
+    EXPECT_TRUE(report.converged) << frame;
+    EXPECT_LE(report.cg_iterations, 24) << frame;
+    steps += report.steps;
+    if (frame % 6 != 5) continue;
+    Points minimizer = positions;
+    const SolveReport truth = exact->Solve(springs, {}, tight, &minimizer, nullptr);
+    EXPECT_LT(LargestDistance(positions, minimizer), 0.05) << frame;
+    EXPECT_LT(report.elastic_energy_uJ + report.spring_energy_uJ,
+              1.001 * (truth.elastic_energy_uJ + truth.spring_energy_uJ))
+        << frame;
+  }
+  EXPECT_LE(steps, 27);  // two a frame without the patch at the tip
+}
+
+}  // namespace
+}  // namespace kerf
