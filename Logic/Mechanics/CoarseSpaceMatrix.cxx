@@ -107,7 +107,9 @@ void CoarseSpace::AssembleCell(const ElementField& field,
     for (int s = 0; s < count; ++s)
       for (std::size_t row = 3 * function[s]; row < 3 * function[s] + 3u; ++row) {
         const float scaled = mu * component(row);
-        for (std::size_t w = 0; w < width; ++w) gram[row * width + w] += scaled * gradient[w];
+        // Pairs count once: from the diagonal on.
+        for (std::size_t w = 3 * function[s] / 8u; w < width; ++w)
+          gram[row * width + w] += scaled * gradient[w];
       }
   }
   for (std::size_t f = 0; f < m; ++f)
