@@ -11,9 +11,22 @@ namespace kerf {
 namespace {
 
 constexpr double kAsMuch = 0.9;  // of the area that another attempt separates
+constexpr double kDeformedAngle_deg = 0.6;
 
 double AngleOf(double cosine) {
   return cosine > 1 ? 0 : std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI;
+}
+
+/// Of changed tetrahedra.
+PatchAngles SmallestAngles(const CutPatch& patch) {
+  double worst = -1, worst_current = -1;
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    if (!patch.tets[t].changed) continue;
+    worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
+    if (patch.deformed)
+      worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
+  }
+  return {AngleOf(worst), AngleOf(worst_current)};
 }
 
 CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
@@ -28,7 +41,7 @@ CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
   }
   if (snapping) ImprovePatch(sheet, used, before, &attempt.patch);
   attempt.separation = OpenFacesOnS(sheet, &attempt.patch);
-  const PatchAngles angles = SmallestAngles(attempt.patch, true);
+  const PatchAngles angles = SmallestAngles(attempt.patch);
   attempt.angle_deg = angles.rest_deg;
   attempt.angle_current_deg = angles.current_deg;
   return attempt;
@@ -36,15 +49,22 @@ CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
 
 }  // namespace
 
-PatchAngles SmallestAngles(const CutPatch& patch, bool only_changed) {
+PatchAngles RequiredAngles(const CutPatch& patch, const CutOptions& options) {
+  const double enough = CosineOf(options.min_dihedral_deg);
+  const double enough_current = CosineOf(2 * kDeformedAngle_deg);
   double worst = -1, worst_current = -1;
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
-    if (only_changed && !patch.tets[t].changed) continue;
-    worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
-    if (patch.deformed)
+    const auto& v = patch.tets[t].v;
+    const auto &a = patch.vertices[v[0]], &b = patch.vertices[v[1]], &c = patch.vertices[v[2]],
+               &d = patch.vertices[v[3]];
+    if (!AllAnglesAbove(enough, a.rest, b.rest, c.rest, d.rest))
+      worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
+    if (patch.deformed &&
+        !AllAnglesAbove(enough_current, a.current, b.current, c.current, d.current))
       worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
   }
-  return {AngleOf(worst), AngleOf(worst_current)};
+  return {std::min(options.min_dihedral_deg, AngleOf(worst)),
+          std::min(kDeformedAngle_deg, 0.5 * AngleOf(worst_current))};
 }
 
 std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutPatch* start_patch,

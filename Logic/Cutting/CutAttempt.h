@@ -13,7 +13,8 @@ namespace kerf {
 struct PatchAngles {
   double rest_deg, current_deg;
 };
-PatchAngles SmallestAngles(const CutPatch& patch, bool only_changed);
+/// What a cut of this patch has to keep.
+PatchAngles RequiredAngles(const CutPatch& patch, const CutOptions& options);
 
 /// A patch that was cut along one sheet.
 struct CutAttempt {

@@ -27,6 +27,21 @@ double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, con
   return worst == worst ? worst : 2;
 }
 
+bool AllAnglesAbove(double cosine, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Vec3 ab = b - a, ac = c - a, ad = d - a;
+  const Vec3 nb = ad.cross(ac), nc = ab.cross(ad), nd = ac.cross(ab);
+  const Vec3 na = -(nb + nc + nd);
+  if (!(ab.dot(nb) < 0)) return false;
+  const double limit = cosine * cosine * (1 - 1e-9);
+  const double la = na.squaredNorm(), lb = nb.squaredNorm(), lc = nc.squaredNorm(),
+               ld = nd.squaredNorm();
+  const auto above = [limit](double product, double length2) {
+    return product >= 0 || product * product < limit * length2;
+  };
+  return above(na.dot(nb), la * lb) && above(na.dot(nc), la * lc) && above(na.dot(nd), la * ld) &&
+         above(nb.dot(nc), lb * lc) && above(nb.dot(nd), lb * ld) && above(nc.dot(nd), lc * ld);
+}
+
 CutPatch::CutPatch(const TetMesh& mesh, const Points* positions, const std::vector<Index>& chosen,
                    const std::vector<char>& inner) {
   deformed = positions != nullptr;

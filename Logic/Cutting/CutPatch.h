@@ -92,5 +92,8 @@ class CutPatch {
 
 double CosineOf(double angle_deg);
 double CosineOfSmallestDihedral(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+/// Are all dihedral angles certainly above the one with this cosine? Cheaper than to compute them;
+/// sometimes no where they only just are.
+bool AllAnglesAbove(double cosine, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 }  // namespace kerf

@@ -15,7 +15,6 @@
 namespace kerf {
 namespace {
 
-constexpr double kDeformedAngle_deg = 0.6;
 constexpr double kContextEdges =
     5;  // mean edges around what is new in S in which the old S still counts
 constexpr double kSlack = 1e-4;  // mean edges: a face this near to S may count as on it
@@ -114,9 +113,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   }
   const ChosenTets chosen = WithRings(mesh, work, kRings);
   CutPatch before(mesh, positions, chosen.tets, chosen.inner);
-  const PatchAngles at_first = SmallestAngles(before, false);
-  const PatchAngles required{std::min(options_.min_dihedral_deg, at_first.rest_deg),
-                             std::min(kDeformedAngle_deg, 0.5 * at_first.current_deg)};
+  const PatchAngles required = RequiredAngles(before, options_);
 
   std::optional<CutPatch> cut;  // what has become of it
   std::vector<OpenedFace> opened;

@@ -223,6 +223,27 @@ TEST(TetCutter, EmptySurfaceAndMissAreSaid) {
   EXPECT_NE(report.reason.find("does not meet"), std::string::npos);
 }
 
+/// Waves through the whole organ, cut at once on badly shaped meshes, where S grazes edges that are
+/// not split: no bridge is left without a word.
+TEST(TetCutter, WholeWavesAtOncePartTheOrgan) {
+  constexpr int kCells = 40;
+  for (int seed = 0; seed < 30; ++seed) {
+    const TetMesh mesh = Jitter(SphereMesh(30, 4 + seed % 3), 0.8, 8, 1 + seed);
+    const Vec3 normal = Vec3(1, 0.1 * seed - 1.5, 0.07 * (seed * 7 % 30) - 1).normalized();
+    const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
+    CutSurface wave = RectangleCut(-50 * u - 50 * v, 100 * u, 100 * v, kCells, kCells);
+    for (Index i = 0; i < wave.points.rows(); ++i) {
+      const Vec3 p = wave.points.row(i).transpose();
+      const double phase = 0.02 * (1 + seed % 4) * (p.dot(u) + 0.5 * p.dot(v)) + seed;
+      wave.points.row(i) += (1 + seed % 6) * std::sin(phase) * normal.transpose();
+    }
+    CutReport report;
+    TetCutter().Cut(mesh, wave, &report);
+    EXPECT_TRUE(report.done) << seed << ": " << report.reason;
+    EXPECT_TRUE(report.components == 2 || report.partial) << seed << ": " << report.components;
+  }
+}
+
 TEST(TetCutter, BrokenInputIsRefusedByNameAndForgotten) {
   Case c(SphereMesh(10, 3));
   const CutSurface good = PlaneX(1.3, 100);
