@@ -135,6 +135,18 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
   return grew;
 }
 
+/// The fitted line as far as it or the committed one reaches, in the committed order.
+Points Redrawn(const FittedLine& line, double begin, double end, double depth,
+               const LateralFrame& frame, const Points& committed) {
+  const auto t_of = [&](Index row) {
+    return line.tangent.dot(frame.Lateral(committed.row(row).transpose()) - line.origin);
+  };
+  const double first = t_of(0), last = t_of(static_cast<Index>(committed.rows()) - 1);
+  const double from = std::min({begin, first, last}), to = std::max({end, first, last});
+  return ToRows(first <= last ? Trace(line, from, to, depth, frame)
+                              : Trace(line, to, from, depth, frame));
+}
+
 }  // namespace
 
 std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector<char>& usable,
@@ -166,6 +178,9 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     const double begin = EndOf(line, -1, t.spacing_mm, frame);
     const double end = EndOf(line, +1, t.spacing_mm, frame);
     ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
+    if (!event.first && grown.line.points.rows() > 1)
+      grown.redrawn = state->cuts[cut_index].redrawn =
+          Redrawn(line, begin, end, frame.Depth(*center), frame, grown.line.points);
     if (!Grow(line, begin, end, frame.Depth(*center), frame, grown.too_far_mm, &grown.line))
       continue;
     grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-weight.excess_mm / 3.0));

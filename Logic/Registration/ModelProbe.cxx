@@ -11,6 +11,7 @@ namespace kerf {
 namespace {
 
 constexpr double kFar_mm = 1000.0;
+constexpr double kSameLine_mm = 1.0;  // a line redrawn by less is the same
 
 /// Where the line of `cut` leads, `by_mm` on from its last point (or its first). @return none where
 /// it ends over the rim already
@@ -186,6 +187,17 @@ std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const Cam
                ? Tried::Better
                : Tried::Worse;
   };
+  const auto redraw = [&](int c) {
+    ModelCut other = state->cuts[c];
+    double off_mm = 0.0;
+    for (Index i = 0; i < other.redrawn.rows(); ++i)
+      off_mm =
+          std::max(off_mm, DistanceToLine(other.line.points, other.redrawn.row(i).transpose()));
+    if (off_mm < kSameLine_mm) return;
+    other.line.points = other.redrawn;
+    other.surface = ExtrudeCut(other.line, other.direction, other.depth_mm);
+    try_anew(instead_of(c, other, By::Redrawn, false));
+  };
   /// @return the number of steps that helped
   const auto lengthen = [&](int c, bool at_end) {
     ModelCut longer = state->cuts[c];
@@ -246,6 +258,7 @@ std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const Cam
     if (state->probing.turn) {
       for (int sign : {-1, 1}) turn(c, sign);
     } else {
+      redraw(c);
       for (bool at_end : {false, true})
         if (lengthen(c, at_end) == 0) shorten(c, at_end);
     }

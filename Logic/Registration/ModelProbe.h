@@ -14,7 +14,7 @@ struct ModelProbeOptions {
   int most_steps = 4;               ///< as often at most
   double step_deg = 8.0;            ///< how much its S is tried turned, and again while it helps
   double steepest_deg = 32.0;       ///< from the line of sight
-  double unexplained_mm = 0.4;      ///< residual of the grips below which nothing is tried
+  double unexplained_mm = 0.2;      ///< residual of the grips below which nothing is tried
   double hopeless_mm = 2.5;         ///< nor above
   double nonlinear_strain2 = 0.25;  ///< nor where the law is not believed
   double telling_mm = 0.08;         ///< residual from which the length of the held parts shows
@@ -29,10 +29,10 @@ struct BetterModel {
   int cut = 0;
   std::shared_ptr<const RegistrationState> then;  ///< what it is better than
   ModelCut instead;
-  enum class By { Longer, Shorter, Turned, Regripped } by = By::Longer;
+  enum class By { Longer, Shorter, Redrawn, Turned, Regripped } by = By::Longer;
   bool at_end = false;  ///< longer or shorter: at the last point of its line, or at the first
   double by_mm = 0.0;   ///< shorter by
-  CutModel model;       ///< shorter or turned: cut anew along it and all others, solvers included
+  CutModel model;       ///< all but longer: cut anew along it and all others, solvers included
   GripFit fitted;       ///< and the grips under it; other held parts
 };
 
@@ -46,10 +46,10 @@ bool WorthProbing(const MethodOptions& options, const ModelProbeOptions& probe,
                   const RegistrationState& state);
 
 /// The residual of the grips tells a cut that is too short or too long, or leads into the depth in
-/// a wrong direction, from the right one (Registration/GripFit.h). Tries on copies: longer or
-/// shorter at each end that lies inside the organ; or turned about its line either way
-/// (state.probing says which). @return the best, if it is better enough. @param given_up looked at
-/// between two trials
+/// a wrong direction, from the right one (Registration/GripFit.h). Tries on copies: its line as all
+/// evidence draws it now, and longer or shorter at each end that lies inside the organ; or turned
+/// about its line either way (state.probing says which). @return the best, if it is better enough.
+/// @param given_up looked at between two trials
 std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const CameraModel& camera,
                                       const MethodOptions& options, const ModelProbeOptions& probe,
                                       const TetCutter& cutter,

@@ -8,6 +8,7 @@ namespace kerf {
 namespace {
 
 constexpr double kShortest_mm = 0.5;  // growth
+constexpr double kStraight = 0.8;     // cosine of the bend where an end has grown meanwhile
 
 }  // namespace
 
@@ -57,8 +58,10 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
   };
   const Vec3 now = end(cut), then = end(better.then->cuts[better.cut]), tip = end(better.instead);
   if (better.by == BetterModel::By::Longer) {
-    // It may have grown there meanwhile, perhaps further.
-    if ((tip - now).dot((tip - then).normalized()) < kShortest_mm) return event;
+    // It may have grown there meanwhile, perhaps further, or elsewhere.
+    const double on_mm = (tip - now).dot((tip - then).normalized());
+    if (on_mm < kShortest_mm || (now != then && on_mm < kStraight * (tip - now).norm()))
+      return event;
     cut.line.points = LedOn(cut.line.points, better.at_end, tip);
     cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);
     event.report = ApplyCut(cut, options, engine, state);
@@ -69,6 +72,7 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
     cut.line.points = Shortened(cut.line.points, better.at_end, better.by_mm);
     cut.too_far_mm[better.at_end] += better.by_mm;
   }
+  if (better.by == BetterModel::By::Redrawn) cut.line = better.instead.line;
   cut.direction = better.instead.direction;
   cut.depth_mm = better.instead.depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);
