@@ -97,6 +97,11 @@ Points ToRows(const std::vector<Vec3>& points) {
   return rows;
 }
 
+/// Where a point lies along the fitted line.
+double Along(const FittedLine& line, const Eigen::RowVector3d& point, const LateralFrame& frame) {
+  return line.tangent.dot(frame.Lateral(point.transpose()) - line.origin);
+}
+
 /// Grows a committed line at its ends to where the fitted line reaches; what is committed stays,
 /// and an end that lies over the organ's rim is an end.
 bool Grow(const FittedLine& line, double begin, double end, double depth, const LateralFrame& frame,
@@ -105,9 +110,7 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
     committed->points = ToRows(Trace(line, begin, end, depth, frame));
     return true;
   }
-  const auto t_of = [&](Index row) {
-    return line.tangent.dot(frame.Lateral(committed->points.row(row).transpose()) - line.origin);
-  };
+  const auto t_of = [&](Index row) { return Along(line, committed->points.row(row), frame); };
   // The fitted tangent may point against the committed order.
   const Index last = static_cast<Index>(committed->points.rows()) - 1;
   const bool forward = t_of(last) >= t_of(0);
@@ -138,10 +141,8 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
 /// The fitted line as far as it or the committed one reaches, in the committed order.
 Points Redrawn(const FittedLine& line, double begin, double end, double depth,
                const LateralFrame& frame, const Points& committed) {
-  const auto t_of = [&](Index row) {
-    return line.tangent.dot(frame.Lateral(committed.row(row).transpose()) - line.origin);
-  };
-  const double first = t_of(0), last = t_of(static_cast<Index>(committed.rows()) - 1);
+  const double first = Along(line, committed.row(0), frame),
+               last = Along(line, committed.row(committed.rows() - 1), frame);
   const double from = std::min({begin, first, last}), to = std::max({end, first, last});
   return ToRows(first <= last ? Trace(line, from, to, depth, frame)
                               : Trace(line, to, from, depth, frame));
@@ -177,12 +178,13 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     if (event.first ? !BeginsCut(weight) : !LeadsOn(weight)) continue;
     const double begin = EndOf(line, -1, t.spacing_mm, frame);
     const double end = EndOf(line, +1, t.spacing_mm, frame);
+    const double depth = frame.Depth(*center);
+    if (!event.first) {
+      ModelCut& cut = state->cuts[cut_index];
+      cut.redrawn = Redrawn(line, begin, end, depth, frame, cut.line.points);
+    }
     ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
-    if (!event.first && grown.line.points.rows() > 1)
-      grown.redrawn = state->cuts[cut_index].redrawn =
-          Redrawn(line, begin, end, frame.Depth(*center), frame, grown.line.points);
-    if (!Grow(line, begin, end, frame.Depth(*center), frame, grown.too_far_mm, &grown.line))
-      continue;
+    if (!Grow(line, begin, end, depth, frame, grown.too_far_mm, &grown.line)) continue;
     grown.confidence = std::max(grown.confidence, 1.0 - std::exp(-weight.excess_mm / 3.0));
     if (event.first) {
       grown.detected_frame = state->frame;
