@@ -30,17 +30,20 @@ inline std::vector<char> Everyone() { return std::vector<char>(kNx * kNy, 1); }
 
 inline constexpr double kCut_mm = 38.2;  // between two columns of features
 
-/// A cut at x = 38.2 whose tip runs from y = 0 at progress 0.5 to y = 20 at 0.75, on top of a
-/// stretch. The field of a crack: ± √((r + b)/2) with r the distance from the tip and b the
-/// distance behind it; smooth everywhere but on the cut.
+/// By how much x moves beside a crack along x = 38.2 from y = 0 to `tip`: ± √((r + b)/2) with r the
+/// distance from the tip and b the distance behind it; smooth everywhere but on the cut.
+inline double Opening(const Vec2& p, double tip, double amount) {
+  const double behind = tip - p.y(), aside = p.x() - kCut_mm;
+  const double root = std::sqrt(0.5 * (std::hypot(behind, aside) + behind));
+  return (aside > 0.0 ? 1.0 : -1.0) * 1.1 * amount * std::exp(-std::abs(aside) / 40.0) * root;
+}
+
+/// A cut whose tip runs to y = 20 between progress 0.5 and 0.75, on top of a stretch.
 inline Vec2 Cut(const Vec2& p, double progress) {
   Vec2 q(p.x() * (1.0 + 0.2 * progress), p.y());
   if (progress <= 0.5) return q;
-  const double tip = std::min(80.0 * (progress - 0.5), 20.0);
-  const double behind = tip - p.y(), aside = p.x() - kCut_mm;
-  const double root = std::sqrt(0.5 * (std::hypot(behind, aside) + behind));
-  const double growth = std::min(1.0, 4.0 * (progress - 0.5)) * std::exp(-std::abs(aside) / 40.0);
-  q.x() += (aside > 0.0 ? 1.0 : -1.0) * 1.1 * growth * root;
+  q.x() +=
+      Opening(p, std::min(80.0 * (progress - 0.5), 20.0), std::min(1.0, 4.0 * (progress - 0.5)));
   return q;
 }
 
