@@ -60,6 +60,7 @@ SessionFrame RegistrationSession::Process(const Frame& frame) {
   out.reliability = AssessReliability(state_, camera_, initially_tracked_, &out.step);
   watch_.WatchPicture(frame, &out.reliability);
   watch_.WatchLeap(frame.time_s, out.step.leap_mm, &out.reliability);
+  watch_.WatchRate(frame.time_s, &out.reliability);
   return out;
 }
 

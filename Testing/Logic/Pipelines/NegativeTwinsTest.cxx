@@ -55,13 +55,14 @@ struct Outcome {
   bool AlwaysGreen(int from, int to) const { return !EverBelowGreen(from, to); }
 };
 
-Outcome Watch(const std::function<cv::Mat(int)>& picture) {
+/// @param every so many pictures of the 25 a second one is registered
+Outcome Watch(const std::function<cv::Mat(int)>& picture, int every = 1) {
   MethodOptions options;
   options.wanted_features = 120;
   RegistrationSession session(testing::BoxMesh(Vec3(70, 40, 12), 14, 8, 2), {}, Camera(), options,
                               MakeFeatureTracker({}), MakeVideoOrganSegmenter());
   Outcome outcome;
-  for (int i = 0; i < kFrames; ++i)
+  for (int i = 0; i < kFrames; i += every)
     outcome.gate.push_back(session.Process(test::MakeFrame(i, picture(i))).reliability);
   outcome.cuts = static_cast<int>(session.State().cuts.size());
   return outcome;
@@ -80,6 +81,16 @@ TEST(NegativeTwins, TheUsualMotionIsGreen) {
   const Outcome outcome = WatchSpoilt([](int, cv::Mat*) {});
   EXPECT_EQ(outcome.cuts, 0);
   EXPECT_TRUE(outcome.AlwaysGreen(0, kFrames));
+}
+
+/// The twin of a cut that grows between two pictures: nothing in them is wrong.
+TEST(NegativeTwins, FewPicturesOfTheUsualMotionAreNotGreen) {
+  const auto picture = [](int frame) { return Picture(StretchAt(frame), 0.0, frame); };
+  const Outcome enough = Watch(picture, 6), few = Watch(picture, 12);
+  EXPECT_TRUE(enough.AlwaysGreen(0, static_cast<int>(enough.gate.size())));
+  EXPECT_EQ(few.cuts, 0);
+  EXPECT_EQ(few.gate.back().state, GateState::Amber);
+  EXPECT_EQ(few.gate.back().reason, "2 pictures a second registered: cuts may be missed");
 }
 
 TEST(NegativeTwins, AStrongStretchIsNoCut) {
