@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "Core/Errors.h"
 
@@ -24,16 +25,35 @@ struct FaceKey {
   }
 };
 
+/// Faces of all tetrahedra in order. Vertices are counted first, so that only the few faces that
+/// share their smallest vertex have to be sorted: a cut asks for this in every frame in which it
+/// grows.
 std::vector<FaceKey> SortedFaces(const Tets& tets) {
-  std::vector<FaceKey> faces;
-  faces.reserve(4 * tets.rows());
+  if (tets.rows() == 0) return {};
+  const Index first = tets.minCoeff();
+  std::vector<std::size_t> place(static_cast<std::size_t>(tets.maxCoeff() - first) + 2, 0);
+  const auto key_of = [&](Index t, int f) {
+    FaceKey key{{tets(t, kFaces[f][0]), tets(t, kFaces[f][1]), tets(t, kFaces[f][2])}, t, f};
+    auto& [a, b, c] = key.sorted;
+    if (a > b) std::swap(a, b);
+    if (b > c) std::swap(b, c);
+    if (a > b) std::swap(a, b);
+    return key;
+  };
+  for (Index t = 0; t < tets.rows(); ++t)
+    for (int f = 0; f < 4; ++f) ++place[key_of(t, f).sorted[0] - first + 1];
+  std::partial_sum(place.begin(), place.end(), place.begin());
+  std::vector<FaceKey> faces(static_cast<std::size_t>(4 * tets.rows()));
   for (Index t = 0; t < tets.rows(); ++t)
     for (int f = 0; f < 4; ++f) {
-      FaceKey key{{tets(t, kFaces[f][0]), tets(t, kFaces[f][1]), tets(t, kFaces[f][2])}, t, f};
-      std::sort(key.sorted.begin(), key.sorted.end());
-      faces.push_back(key);
+      const FaceKey key = key_of(t, f);
+      faces[place[key.sorted[0] - first]++] = key;
     }
-  std::sort(faces.begin(), faces.end());
+  std::size_t begin = 0;
+  for (const std::size_t end : place) {  // each is where the next vertex' faces begin by now
+    std::sort(faces.begin() + begin, faces.begin() + end);
+    begin = end;
+  }
   return faces;
 }
 

@@ -205,15 +205,22 @@ Embedding OnSurface(const Points& line, const SurfaceTree& surface, const Triang
   return out;
 }
 
+/// A point cannot be nearer than a neighbour's distance less the way to it, so most need no query.
 double SmallestDistance(const SurfaceMesh& a, const SurfaceMesh& b) {
   double smallest = std::numeric_limits<double>::infinity();
   const auto one_way = [&](const SurfaceMesh& from, const SurfaceTree& to) {
     std::vector<char> seen(from.points.rows(), 0);
+    Vec3 asked = Vec3::Zero();
+    double distance = -1.0;
     for (Index t = 0; t < from.triangles.rows(); ++t)
       for (int k = 0; k < 3; ++k) {
         const Index v = from.triangles(t, k);
-        if (seen[v]++ == 0)
-          smallest = std::min(smallest, to.Closest(from.points.row(v).transpose()).distance_mm);
+        if (seen[v]++ > 0) continue;
+        const Vec3 p = from.points.row(v).transpose();
+        if (distance - (p - asked).norm() > smallest) continue;
+        asked = p;
+        distance = to.Closest(p).distance_mm;
+        smallest = std::min(smallest, distance);
       }
   };
   one_way(a, SurfaceTree(b));
@@ -223,33 +230,35 @@ double SmallestDistance(const SurfaceMesh& a, const SurfaceMesh& b) {
 
 }  // namespace
 
-void CutView::Rebind(const RegistrationState& state) {
+void CutView::Rebind(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face) {
   bound_.clear();
   lip_cuts_.clear();
   std::vector<Index> tet_of_face;
   const Triangles all = BoundaryFaces(state.mesh.tets, &tet_of_face);
-  const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest);
-  const std::vector<std::uint8_t> is_cut = CutFaceFlags(rest, *state.uncut);
+  const SurfaceMesh rest{state.mesh.rest, all};
+  const std::vector<std::uint8_t> is_cut = cut_face ? *cut_face : CutFaceFlags(rest, *state.uncut);
   faces_.resize(std::count(is_cut.begin(), is_cut.end(), 1), 3);
   Index faces = 0;
   for (Index t = 0; t < all.rows(); ++t)
     if (is_cut[t]) faces_.row(faces++) = all.row(t);
   const std::vector<LipEdge> edges = LipEdges(all, is_cut, tet_of_face, state.mesh.rest);
-  const SurfaceTree surface(rest);
+  std::optional<SurfaceTree> surface;
   for (std::size_t c = 0; c < state.cuts.size(); ++c) {
     const ModelCut& cut = state.cuts[c];
     const SurfaceLine line = LineOf(cut, *state.uncut);
     const LipGraph lips = LipsNear(line, edges, cut.view, state.mesh.rest);
     for (const auto& chain : Chains(lips.edges))
       bound_.push_back(Bind(chain, lips.points, state.mesh.tets));
-    if (lips.edges.empty())  // only proposed, or refused by the cutter
+    if (lips.edges.empty()) {  // only proposed, or refused by the cutter
+      if (!surface) surface.emplace(rest);
       for (const Points& run : Runs(line.points))
-        bound_.push_back(OnSurface(run, surface, all, tet_of_face, state.mesh.tets));
+        bound_.push_back(OnSurface(run, *surface, all, tet_of_face, state.mesh.tets));
+    }
     lip_cuts_.resize(bound_.size(), static_cast<int>(c));
   }
 }
 
-void CutView::Update(const RegistrationState& state) {
+void CutView::Update(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face) {
   lips_.clear();
   margin_mm_ = std::numeric_limits<double>::quiet_NaN();
   if (state.cuts.empty() || !state.uncut) return;
@@ -260,7 +269,7 @@ void CutView::Update(const RegistrationState& state) {
     tets_ = state.mesh.TetCount();
     vertices_ = state.mesh.VertexCount();
     line_points_ = line_points;
-    Rebind(state);
+    Rebind(state, cut_face);
   }
   for (const Embedding& lip : bound_)
     lips_.push_back(lip.Positions(state.positions, state.mesh.tets));

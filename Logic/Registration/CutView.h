@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace kerf {
 /// topology alone is kept from frame to frame.
 class CutView {
  public:
-  /// Takes over the cuts of this frame.
-  void Update(const RegistrationState& state);
+  /// Takes over the cuts of this frame. @param cut_face what CutFaceFlags says of the mesh's
+  /// boundary, for who has it already; null: asked for here
+  void Update(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face = nullptr);
 
   /// Cut lines on the current organ surface, N×3 in order, LPS, mm: where the mesh is cut its lips,
   /// as far as the cut's line goes (the mesh opens to the next vertex beyond); where a cut is only
@@ -26,7 +28,7 @@ class CutView {
   double TumourMargin_mm() const { return margin_mm_; }
 
  private:
-  void Rebind(const RegistrationState& state);
+  void Rebind(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face);
 
   Index tets_ = -1, vertices_ = -1, line_points_ = -1;
   std::vector<Embedding> bound_;  ///< of each lip, as in `lips_`

@@ -24,7 +24,7 @@ SnapshotMaker::SnapshotMaker(const SurfaceMesh& uncut, PlannedCut plan)
 }
 
 void SnapshotMaker::Lines(const RegistrationState& state, IntraoperativeSnapshot* out) {
-  cut_view_.Update(state);
+  cut_view_.Update(state, &out->organ_cut_face);
   out->margin_mm = cut_view_.TumourMargin_mm();
   std::string of = std::to_string(state.mesh.TetCount());
   for (const ModelCut& cut : state.cuts)

@@ -14,6 +14,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// Qt lays a label out anew with every sheet, also with the one that it has.
+void SetSheet(QLabel* label, const QString& sheet) {
+  if (label->styleSheet() != sheet) label->setStyleSheet(sheet);
+}
+
 double Milliseconds(Clock::duration d) {
   return std::chrono::duration<double, std::milli>(d).count();
 }
@@ -157,11 +162,11 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
   if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
     text += tr("<br>tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
   lamp_->setText(text);
-  lamp_->setStyleSheet(QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
-                               "background: %2;")
-                           .arg(amber ? "black" : "white", green   ? "#1f7a3d"
-                                                           : amber ? "#ffbe3c"
-                                                                   : "#b3261e"));
+  SetSheet(lamp_, QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
+                          "background: %2;")
+                      .arg(amber ? "black" : "white", green   ? "#1f7a3d"
+                                                      : amber ? "#ffbe3c"
+                                                              : "#b3261e"));
   QStringList distances;
   if (std::isfinite(snapshot.margin_mm))
     distances << tr("tumour&nbsp;–&nbsp;cut %1&nbsp;mm").arg(snapshot.margin_mm, 0, 'f', 1);
@@ -170,10 +175,10 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
                      .arg(snapshot.deviation.mean_mm, 0, 'f', 1)
                      .arg(snapshot.deviation.max_mm, 0, 'f', 1);
   margin_->setText(distances.join("<br>"));
-  margin_->setStyleSheet(snapshot.margin_mm < look_->MarginAlarm_mm()
-                             ? "font-size: 15pt; font-weight: bold; color: white; "
-                               "background: #b3261e; padding: 4px;"
-                             : "font-size: 15pt; font-weight: bold; padding: 4px;");
+  SetSheet(margin_, snapshot.margin_mm < look_->MarginAlarm_mm()
+                        ? "font-size: 15pt; font-weight: bold; color: white; "
+                          "background: #b3261e; padding: 4px;"
+                        : "font-size: 15pt; font-weight: bold; padding: 4px;");
 }
 
 void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,

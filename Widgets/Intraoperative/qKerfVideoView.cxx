@@ -3,7 +3,6 @@
 #include <QMouseEvent>
 #include <QPainter>
 #include <QWheelEvent>
-#include <cstring>
 
 qKerfVideoView::qKerfVideoView(QWidget* parent) : QWidget(parent) {
   setMinimumSize(320, 180);
@@ -12,14 +11,18 @@ qKerfVideoView::qKerfVideoView(QWidget* parent) : QWidget(parent) {
 }
 
 void qKerfVideoView::SetPicture(const kerf::Image& picture) {
-  const bool color = picture.channels == 3;
   const QSize size(picture.width, picture.height);
-  const auto format = color ? QImage::Format_BGR888 : QImage::Format_Grayscale8;
-  if (picture_.size() != size || picture_.format() != format || !picture_.isDetached())
-    picture_ = QImage(size, format);
-  const std::size_t row = std::size_t(picture.width) * picture.channels;
-  for (int y = 0; y < picture.height; ++y)
-    std::memcpy(picture_.scanLine(y), picture.data.data() + y * row, row);
+  // The only format that Qt scales fast.
+  if (picture_.size() != size || !picture_.isDetached())
+    picture_ = QImage(size, QImage::Format_RGB32);
+  const int blue = 0, green = picture.channels == 3 ? 1 : 0, red = picture.channels == 3 ? 2 : 0;
+  for (int y = 0; y < picture.height; ++y) {
+    auto* out = reinterpret_cast<QRgb*>(picture_.scanLine(y));
+    const std::uint8_t* in =
+        picture.data.data() + std::size_t(y) * picture.width * picture.channels;
+    for (int x = 0; x < picture.width; ++x, in += picture.channels)
+      out[x] = qRgb(in[red], in[green], in[blue]);
+  }
   update();
 }
 

@@ -17,6 +17,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "Adapters/Rendering/DisplayProbe.h"
 #include "Adapters/Rendering/LensCamera.h"
@@ -51,8 +52,8 @@ class BufferActor {
   vtkActor* Actor() { return actor_; }
   void SetLens(const CameraModel& camera) { lens_->SetLens(camera); }
 
-  // Extends [near, far] by the depths of what can be seen.
-  void Update(const GeometryBuffers::Part& part, double* near_mm, double* far_mm) {
+  // Extends [near, far] by the depths of what can be seen, and the box by where it is.
+  void Update(const GeometryBuffers::Part& part, double* near_mm, double* far_mm, PixelBox* box) {
     const Points& p = part.mesh->points;
     points_->SetNumberOfPoints(p.rows());
     std::copy_n(p.data(), p.size(), static_cast<double*>(points_->GetVoidPointer(0)));
@@ -64,6 +65,15 @@ class BufferActor {
     lens_->Update();
     *near_mm = std::min(*near_mm, lens_->GetDepthRange()[0]);
     *far_mm = std::max(*far_mm, lens_->GetDepthRange()[1]);
+    const double* at = lens_->GetScreenRange();
+    if (at[0] > at[1]) return;
+    const int width = lens_->GetLens().width, height = lens_->GetLens().height;
+    const auto inside = [](double v, int size) {
+      return static_cast<int>(std::clamp(v, 0.0, size - 1.0));
+    };
+    if (at[1] < 0 || at[3] < 0 || at[0] > width - 1 || at[2] > height - 1) return;
+    box->Include(inside(std::floor(at[0]) - 1, width), inside(std::floor(at[2]) - 1, height));
+    box->Include(inside(std::ceil(at[1]) + 1, width), inside(std::ceil(at[3]) + 1, height));
   }
 
  private:
@@ -106,6 +116,7 @@ void Prepare(GeometryBuffer* buffer, int width, int height) {
   buffer->surface.resize(n);
   buffer->facing.resize(n);
   buffer->depth_mm.resize(n);
+  buffer->box = {0, 0, width, height};  // what is in it is of another size
 }
 
 }  // namespace
@@ -136,7 +147,8 @@ struct GeometryBuffers::Implementation {
     window->SetSize(2 * c.width, c.height);
   }
 
-  void Update(int side, const std::vector<Part>& parts, double* near_mm, double* far_mm) {
+  void Update(int side, const std::vector<Part>& parts, double* near_mm, double* far_mm,
+              PixelBox* box) {
     while (actors[side].size() < parts.size()) {
       actors[side].push_back(std::make_unique<BufferActor>());
       actors[side].back()->SetLens(camera);
@@ -145,27 +157,37 @@ struct GeometryBuffers::Implementation {
     for (std::size_t i = 0; i < actors[side].size(); ++i) {
       const bool shown = i < parts.size() && parts[i].mesh && !parts[i].mesh->Empty();
       actors[side][i]->Actor()->SetVisibility(shown);
-      if (shown) actors[side][i]->Update(parts[i], near_mm, far_mm);
+      if (shown) actors[side][i]->Update(parts[i], near_mm, far_mm, box);
     }
   }
 
-  void Read(double near_mm, double far_mm) {
-    const int w = camera.width, h = camera.height;
-    window->GetPixelData(0, 0, 2 * w - 1, h - 1, 0, pixels);
-    window->GetZbufferData(0, 0, 2 * w - 1, h - 1, depth);
-    const unsigned char* rgb = pixels->GetPointer(0);
-    const float* z = depth->GetPointer(0);
+  /// Reading back costs as much as drawing: only `box` is.
+  void Read(const PixelBox& box, double near_mm, double far_mm) {
+    const int w = camera.width, h = camera.height, columns = box.x1 - box.x0;
     const float nf = static_cast<float>(near_mm * far_mm), f = static_cast<float>(far_mm),
                 range = static_cast<float>(far_mm - near_mm);
-    for (int side = 0; side < 2; ++side)
-      for (int y = 0; y < h; ++y) {
-        const std::size_t from = std::size_t(h - 1 - y) * 2 * w + side * w, to = std::size_t(y) * w;
-        for (int x = 0; x < w; ++x) {
-          buffer[side].facing[to + x] = rgb[3 * (from + x)];
-          buffer[side].surface[to + x] = rgb[3 * (from + x) + 1];
-          buffer[side].depth_mm[to + x] = nf / (f - z[from + x] * range);
+    for (int side = 0; side < 2; ++side) {
+      GeometryBuffer& out = buffer[side];
+      for (int y = out.box.y0; y < out.box.y1; ++y)
+        std::fill_n(out.surface.begin() + std::size_t(y) * w + out.box.x0, out.box.x1 - out.box.x0,
+                    std::uint8_t(GeometryBuffers::Nothing));
+      out.box = box;
+      if (box.Empty()) continue;
+      const int x = side * w + box.x0;
+      window->GetPixelData(x, h - box.y1, x + columns - 1, h - 1 - box.y0, 0, pixels);
+      window->GetZbufferData(x, h - box.y1, x + columns - 1, h - 1 - box.y0, depth);
+      for (int row = box.y0; row < box.y1; ++row) {
+        const std::size_t from = std::size_t(box.y1 - 1 - row) * columns;
+        const std::size_t to = std::size_t(row) * w + box.x0;
+        const unsigned char* rgb = pixels->GetPointer(0) + 3 * from;
+        const float* z = depth->GetPointer(0) + from;
+        for (int i = 0; i < columns; ++i) {
+          out.facing[to + i] = rgb[3 * i];
+          out.surface[to + i] = rgb[3 * i + 1];
+          out.depth_mm[to + i] = nf / (f - z[i] * range);
         }
       }
+    }
   }
 
   CameraModel camera;
@@ -188,13 +210,14 @@ const GeometryBuffer& GeometryBuffers::Inside() const { return implementation_->
 
 void GeometryBuffers::Render(const std::vector<Part>& front, const std::vector<Part>& inside) {
   double near_mm = 1e9, far_mm = vtkKerfLensWarp::NearestDepth;
-  implementation_->Update(0, front, &near_mm, &far_mm);
-  implementation_->Update(1, inside, &near_mm, &far_mm);
+  PixelBox box;
+  implementation_->Update(0, front, &near_mm, &far_mm, &box);
+  implementation_->Update(1, inside, &near_mm, &far_mm, &box);
   near_mm = std::max(0.5 * vtkKerfLensWarp::NearestDepth, 0.98 * std::min(near_mm, far_mm));
   far_mm = std::max(1.02 * far_mm, near_mm + 1.0);
   SetLensCamera(implementation_->ideal, near_mm, far_mm, implementation_->vtk_camera);
   implementation_->window->Render();
-  implementation_->Read(near_mm, far_mm);
+  implementation_->Read(box, near_mm, far_mm);
 }
 
 }  // namespace kerf

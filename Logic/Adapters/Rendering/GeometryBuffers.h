@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "Adapters/Rendering/CoverageMap.h"
 #include "Core/Camera.h"
 #include "Core/SurfaceMesh.h"
 
@@ -12,9 +13,11 @@ namespace kerf {
 /// What VTK sees through each pixel, rows top-down, width×height of the camera.
 struct GeometryBuffer {
   int width = 0, height = 0;
+  PixelBox box;                       ///< outside it nothing is seen; the same in both buffers
   std::vector<std::uint8_t> surface;  ///< class of the front-most surface, 0 = nothing
-  std::vector<std::uint8_t> facing;   ///< |normal · view| in 1/255
-  std::vector<float> depth_mm;        ///< along the optical axis; far plane where nothing is
+  std::vector<std::uint8_t> facing;   ///< |normal · view| in 1/255; meaningless outside the box
+  std::vector<float> depth_mm;        ///< along the optical axis; far plane where nothing is, and
+                                      ///< meaningless outside the box
 };
 
 /// Renders surfaces off-screen into a GeometryBuffer: lens-distorted vertices, flat data instead of

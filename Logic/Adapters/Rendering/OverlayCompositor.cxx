@@ -1,5 +1,6 @@
 #include "Adapters/Rendering/OverlayCompositor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -21,6 +22,20 @@ void Mix(std::uint8_t* bgr, const Color& color, float shade, float alpha) {
     bgr[k] = static_cast<std::uint8_t>(
         std::min(255.0f, bgr[k] + alpha * (shade * color[2 - k] - bgr[k]) + 0.5f));
 }
+
+/// Where something is in one row of pixels.
+struct RowSpan {
+  int first = -1, last = -1;
+  void Include(int x) {
+    if (first < 0) first = x;
+    last = x;
+  }
+  void AddTo(int y, PixelBox* box) const {
+    if (first < 0) return;
+    box->Include(first, y);
+    box->Include(last, y);
+  }
+};
 
 // The far side of a jump in depth belongs to what is behind: only the near pixel carries the edge.
 bool IsDepthEdge(const GeometryBuffer& b, std::size_t i) {
@@ -46,20 +61,27 @@ bool OverlayCompositor::InWindow(int x, int y) const {
 void OverlayCompositor::Compose(const CameraModel& camera, const OverlayOptions& options,
                                 const OverlayScene& scene, const GeometryBuffer& front,
                                 const GeometryBuffer& inside, Image* bgr) {
-  box_ = tumour_box_ = {};
+  box_ = front_box_ = cut_box_ = internal_box_ = tumour_box_ = {};
   nearest_mm_ = std::numeric_limits<float>::max();
   farthest_mm_ = 0;
-  for (int y = 0; y < front.height; ++y)
-    for (int x = 0; x < front.width; ++x) {
-      const std::size_t i = std::size_t(y) * front.width + x;
-      if ((front.surface[i] | inside.surface[i]) == 0) continue;
-      box_.Include(x, y);
-      if (inside.surface[i] == GeometryBuffers::Tumour) tumour_box_.Include(x, y);
-      if (inside.surface[i] != 0) {
-        nearest_mm_ = std::min(nearest_mm_, inside.depth_mm[i]);
-        farthest_mm_ = std::max(farthest_mm_, inside.depth_mm[i]);
-      }
+  for (int y = front.box.y0; y < front.box.y1; ++y) {
+    const std::size_t row = std::size_t(y) * front.width;
+    RowSpan outer, cut, internal, tumour;
+    for (int x = front.box.x0; x < front.box.x1; ++x) {
+      const std::uint8_t seen = front.surface[row + x], inner = inside.surface[row + x];
+      if (seen != 0) outer.Include(x);
+      if (seen == GeometryBuffers::CutFace) cut.Include(x);
+      if (inner == 0) continue;
+      (inner == GeometryBuffers::Tumour ? tumour : internal).Include(x);
+      nearest_mm_ = std::min(nearest_mm_, inside.depth_mm[row + x]);
+      farthest_mm_ = std::max(farthest_mm_, inside.depth_mm[row + x]);
     }
+    outer.AddTo(y, &front_box_);
+    cut.AddTo(y, &cut_box_);
+    internal.AddTo(y, &internal_box_);
+    tumour.AddTo(y, &tumour_box_);
+    for (const RowSpan* span : {&outer, &internal, &tumour}) span->AddTo(y, &box_);
+  }
   window_radius_ = 0;
   if (options.preset == OverlayPreset::SeeThrough) {
     window_radius_ = options.window_radius_px > 0 ? options.window_radius_px : 0.25 * front.height;
@@ -154,10 +176,12 @@ void OverlayCompositor::Stroke(const PixelBox& box, const Color& color, double o
 void OverlayCompositor::PaintEdges(const OverlayOptions& options, const GeometryBuffer& front,
                                    const GeometryBuffer& inside, Image* bgr) {
   const int w = front.width;
-  // The image border is no edge of the organ.
-  const PixelBox box{std::max(1, box_.x0 - 2), std::max(1, box_.y0 - 2),
-                     std::min(w - 1, box_.x1 + 2), std::min(front.height - 1, box_.y1 + 2)};
-  const auto draw = [&](const Color& color, double opacity, double gain, auto&& is_edge) {
+  const auto draw = [&](const PixelBox& where, const Color& color, double opacity, double gain,
+                        auto&& is_edge) {
+    if (where.Empty()) return;
+    // The image border is no edge of the organ.
+    const PixelBox box{std::max(1, where.x0 - 2), std::max(1, where.y0 - 2),
+                       std::min(w - 1, where.x1 + 2), std::min(front.height - 1, where.y1 + 2)};
     PixelBox drawn;
     for (int y = box.y0; y < box.y1; ++y) {
       std::uint8_t* row = line_.Row(y);
@@ -185,14 +209,14 @@ void OverlayCompositor::PaintEdges(const OverlayOptions& options, const Geometry
     };
   };
   const bool lines_only = options.preset == OverlayPreset::Outline;
-  draw(kInternal, 0.9, lines_only ? 1.2 : 0.8,
+  draw(internal_box_, kInternal, 0.9, lines_only ? 1.2 : 0.8,
        border(inside.surface, [](int s) { return s == GeometryBuffers::Internal; }));
-  draw(kTumour, 1.0, lines_only ? 1.4 : 1.0,
+  draw(tumour_box_, kTumour, 1.0, lines_only ? 1.4 : 1.0,
        border(inside.surface, [](int s) { return s == GeometryBuffers::Tumour; }));
-  draw(kOrgan, 0.7, 0.8,
+  draw(front_box_, kOrgan, 0.7, 0.8,
        [&](std::size_t i) { return front.surface[i] != 0 && IsDepthEdge(front, i); });
-  draw(kOrgan, 1.0, 1.4, border(front.surface, [](int s) { return s != 0; }));
-  draw(kCutLine, 1.0, 1.2,
+  draw(front_box_, kOrgan, 1.0, 1.4, border(front.surface, [](int s) { return s != 0; }));
+  draw(cut_box_, kCutLine, 1.0, 1.2,
        border(front.surface, [](int s) { return s == GeometryBuffers::CutFace; }));
 }
 
@@ -276,15 +300,22 @@ void OverlayCompositor::PaintFeatures(const FeatureSet& features, Image* bgr) {
 }
 
 void OverlayCompositor::KeepInstruments(const Image& mask, const Image& raw, Image* bgr) {
-  const PixelBox box{0, 0, mask.width, mask.height};
+  PixelBox box;
   for (int y = 0; y < mask.height; ++y) {
     const std::uint8_t* in = mask.data.data() + std::size_t(y) * mask.width;
-    for (int x = 0; x < mask.width; ++x) line_.Row(y)[x] = in[x] ? 255 : 0;
+    const std::uint8_t* end = in + mask.width;
+    const std::uint8_t* first = std::find_if(in, end, [](std::uint8_t m) { return m != 0; });
+    if (first == end) continue;
+    std::transform(first, end, line_.Row(y) + (first - in),
+                   [](std::uint8_t m) -> std::uint8_t { return m ? 255 : 0; });
+    box.Include(static_cast<int>(first - in), y);
+    box.Include(mask.width - 1, y);
   }
+  box = box.Grown(2, mask.width, mask.height);
   line_.Smooth(box, 1.0);
-  for (int y = 0; y < mask.height; ++y) {
+  for (int y = box.y0; y < box.y1; ++y) {
     const std::uint8_t* keep = line_.Row(y);
-    for (int x = 0; x < mask.width; ++x) {
+    for (int x = box.x0; x < box.x1; ++x) {
       if (keep[x] == 0) continue;
       const std::size_t at = 3 * (std::size_t(y) * mask.width + x);
       for (int k = 0; k < 3; ++k)

@@ -43,7 +43,8 @@ class OverlayCompositor {
   bool InWindow(int x, int y) const;
 
   CoverageMap line_, mask_;
-  PixelBox box_, tumour_box_;  ///< where anything is, where the tumour is
+  PixelBox box_;  ///< where anything is
+  PixelBox front_box_, cut_box_, internal_box_, tumour_box_;
   float nearest_mm_ = 0, farthest_mm_ = 0;
   Vec2 window_ = Vec2::Zero();
   double window_radius_ = 0;  ///< 0 = no window

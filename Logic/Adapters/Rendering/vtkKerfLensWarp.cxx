@@ -27,6 +27,8 @@ void vtkKerfLensWarp::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "SurfaceClass: " << int(SurfaceClass) << "\n";
   os << indent << "CutFaceClass: " << int(CutFaceClass) << "\n";
   os << indent << "DepthRange: " << DepthRange[0] << " " << DepthRange[1] << "\n";
+  os << indent << "ScreenRange: " << ScreenRange[0] << " " << ScreenRange[1] << " "
+     << ScreenRange[2] << " " << ScreenRange[3] << "\n";
 }
 
 void vtkKerfLensWarp::SetLens(const kerf::CameraModel& lens) {
@@ -100,6 +102,7 @@ int vtkKerfLensWarp::RequestData(vtkInformation*, vtkInformationVector** input_v
   vtkPolyData* output = vtkPolyData::GetData(output_vector);
   DepthRange[0] = 1e9;
   DepthRange[1] = 0;
+  std::copy_n(std::begin({1e9, -1e9, 1e9, -1e9}), 4, ScreenRange);
   if (!input || !input->GetPoints()) return 1;
   const bool fresh = UpdateTopology(input);
 
@@ -140,8 +143,15 @@ int vtkKerfLensWarp::RequestData(vtkInformation*, vtkInformationVector** input_v
     } else {
       DepthRange[0] = std::min(DepthRange[0], p.z());
       DepthRange[1] = std::max(DepthRange[1], p.z());
+      const double at[2] = {Lens.fx * bent.x() / bent.z() + Lens.cx,
+                            Lens.fy * bent.y() / bent.z() + Lens.cy};
+      for (int k = 0; k < 2; ++k) {
+        ScreenRange[2 * k] = std::min(ScreenRange[2 * k], at[k]);
+        ScreenRange[2 * k + 1] = std::max(ScreenRange[2 * k + 1], at[k]);
+      }
     }
   }
+  if (behind) std::copy_n(std::begin({-1e9, 1e9, -1e9, 1e9}), 4, ScreenRange);
   if (fresh || behind || Incomplete) BuildCells(eye);
   vtkNew<vtkPoints> points;
   points->SetData(coordinates);

@@ -43,6 +43,10 @@ class vtkKerfLensWarp : public vtkPolyDataAlgorithm {
   /// there are none.
   vtkGetVector2Macro(DepthRange, double);
 
+  /// Image region of the points in the last update, px: x from, to, y from, to. Boundless where a
+  /// point lies behind the lens; from > to when there are none.
+  vtkGetVector4Macro(ScreenRange, double);
+
   /// Nearest depth that a lens has an image of, mm.
   static constexpr double NearestDepth = 1.0;
 
@@ -63,6 +67,7 @@ class vtkKerfLensWarp : public vtkPolyDataAlgorithm {
   unsigned char SurfaceClass = 1;
   unsigned char CutFaceClass = 2;
   double DepthRange[2] = {1e9, 0};
+  double ScreenRange[4] = {1e9, -1e9, 1e9, -1e9};
 
   kerf::Triangles Corners;           // in output vertices
   std::vector<vtkIdType> Source;     // input point of each output vertex

@@ -6,6 +6,7 @@
 
 #include "Cutting/TetCutter.h"
 #include "Geometry/EmbedPoints.h"
+#include "Registration/CutLine.h"
 #include "Registration/CutView.h"
 #include "Registration/ModelUpdate.h"
 #include "Support/TestMeshes.h"
@@ -156,6 +157,42 @@ TEST(CutView, MarginIsTheDistanceFromTumourToCut) {
   state.structures.clear();
   view.Update(state);
   EXPECT_TRUE(std::isnan(view.TumourMargin_mm()));
+}
+
+/// Most points are not asked for, since they cannot be the nearest: the same comes out.
+TEST(CutView, MarginOnABentOrganIsThatOfAllPoints) {
+  RegistrationState state = CutBlock();
+  for (const double bend : {0.0, 0.3, -0.7}) {
+    state.positions = state.mesh.rest;
+    for (Index v = 0; v < state.positions.rows(); ++v) {
+      const double x = state.mesh.rest(v, 0), y = state.mesh.rest(v, 1);
+      state.positions(v, 0) += bend * 0.04 * y * y;
+      state.positions(v, 2) += bend * (0.02 * x * x + 0.1 * y);
+    }
+    CutView view;
+    view.Update(state);
+    const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest);
+    const std::vector<std::uint8_t> is_cut = CutFaceFlags(rest, *state.uncut);
+    SurfaceMesh faces = BoundarySurface(state.mesh, state.positions);
+    Index kept = 0;
+    for (Index t = 0; t < rest.triangles.rows(); ++t)
+      if (is_cut[t]) faces.triangles.row(kept++) = rest.triangles.row(t);
+    faces.triangles.conservativeResize(kept, 3);
+    const Structure& tumour = state.structures[0];
+    const SurfaceMesh moved{tumour.embedding.Positions(state.positions, state.mesh.tets),
+                            tumour.rest.triangles};
+    double smallest = 1e9;
+    const auto ask_all = [&](const SurfaceMesh& from, const SurfaceMesh& to) {
+      const SurfaceTree tree(to);
+      for (Index i = 0; i < from.triangles.size(); ++i)
+        smallest = std::min(
+            smallest,
+            tree.Closest(from.points.row(from.triangles.data()[i]).transpose()).distance_mm);
+    };
+    ask_all(moved, faces);
+    ask_all(faces, moved);
+    EXPECT_NEAR(view.TumourMargin_mm(), smallest, 1e-9) << bend;
+  }
 }
 
 }  // namespace
