@@ -279,7 +279,7 @@ std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame) {
   std::error_code error;
   fs::create_directories(folder, error);
   const std::string path = (folder / fmt::format("frame_{:06d}.png", frame)).string();
-  WritePng(path, image);
+  WritePng(path, image, 1);  // the window waits for it
   if (worker_) worker_->Note("snapshot", {{"file", fs::path(path).filename().string()}});
   return path;
 }

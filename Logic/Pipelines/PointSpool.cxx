@@ -1,22 +1,39 @@
 #include "Pipelines/PointSpool.h"
 
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <string>
 
 #include "Core/Errors.h"
 
 namespace kerf {
 namespace {
 
+std::string Folder() {
+  std::error_code error;
+  const auto folder = std::filesystem::temp_directory_path(error);  // TMPDIR where it is set
+  return error ? "/tmp" : folder.string();
+}
+
 [[noreturn]] void Fail(const char* what) {
-  throw InputError("scratch file", "", std::string(what) + ": " + std::strerror(errno));
+  const std::string why = std::strerror(errno);
+  throw InputError(
+      "scratch file in " + Folder(), "",
+      std::string(what) + ": " + why + ". Make room there, or set TMPDIR to another folder");
 }
 
 }  // namespace
 
-PointSpool::PointSpool() : file_(std::tmpfile()) {
+PointSpool::PointSpool() {
+  std::string path = Folder() + "/kerf-playback-XXXXXX";
+  const int file = mkstemp(path.data());
+  if (file < 0) Fail("cannot be made");
+  unlink(path.c_str());
+  file_.reset(fdopen(file, "w+b"));
   if (!file_) Fail("cannot be made");
 }
 

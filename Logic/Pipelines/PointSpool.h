@@ -8,8 +8,8 @@
 
 namespace kerf {
 
-/// Points put by into a file without a name, which goes with the object: more than memory should
-/// hold. Put and Get may run in two threads at once.
+/// Points put by into a file without a name in the folder for temporary files (TMPDIR), which goes
+/// with the object: more than memory should hold. Put and Get may run in two threads at once.
 class PointSpool {
  public:
   /// @throws InputError when there is no room for a scratch file

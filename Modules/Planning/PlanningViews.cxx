@@ -76,6 +76,7 @@ PlanningViews::PlanningViews(kerf::PlanningSession& session, QObject* parent)
     connect(view, &qKerfSliceView::ToolReleased, this, &PlanningViews::ToolReleased);
     connect(view, &qKerfSliceView::WholePageWanted, this, [this, view] { Toggle(view); });
   }
+  scene_->SetHint(tr("The organ is shown here\nonce it is segmented."));
   connect(scene_, &qKerfSceneView::WholePageWanted, this, [this] { Toggle(scene_); });
   grid_->addWidget(slices_[0], 0, 0);
   grid_->addWidget(scene_, 0, 1);

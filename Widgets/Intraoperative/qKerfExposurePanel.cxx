@@ -7,6 +7,7 @@
 #include <QPushButton>
 #include <QTableWidget>
 #include <QVBoxLayout>
+#include <algorithm>
 #include <cmath>
 
 #include "Common/qKerfTheme.h"
@@ -137,7 +138,11 @@ void qKerfExposurePanel::Update(const kerf::ExposureRegistration& exposure, doub
         tr("Click on “%1” in the picture.").arg(QString::fromStdString(landmarks[next].name)));
   else
     guide_->setText(tr("All landmarks are placed. Check the outline."));
-  advice_->setText(QString::fromStdString(exposure.LandmarkAdvice()));
+  // Of who registers by hand no landmark is asked.
+  const bool placed = std::any_of(landmarks.begin(), landmarks.end(),
+                                  [](const auto& landmark) { return landmark.pixel.has_value(); });
+  advice_->setText(PlacingLandmarks() || placed ? QString::fromStdString(exposure.LandmarkAdvice())
+                                                : QString());
   given_->setEnabled(exposure.HasGiven());
   undo_->setEnabled(exposure.CanUndo());
   fit_->setText(

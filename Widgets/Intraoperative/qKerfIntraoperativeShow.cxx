@@ -117,8 +117,9 @@ void qKerfIntraoperativeWidget::ShowBefore() {
     before_->SetPicture(painter_->Paint(*before_shown_));
   else if (before_shown_->frame.image)
     before_->SetPicture(*before_shown_->frame.image);
-  before_->SetBanner(
-      tr("BEFORE CUT %1 · %2 s").arg(cut->number + 1).arg(before_shown_->frame.time_s, 0, 'f', 2));
+  before_->SetBanner(  // opaque: the overlay's legend is behind it
+      tr("BEFORE CUT %1 · %2 s").arg(cut->number + 1).arg(before_shown_->frame.time_s, 0, 'f', 2),
+      Qt::black);
 }
 
 void qKerfIntraoperativeWidget::SetBefore(bool before) {

@@ -20,6 +20,8 @@ qKerfCameraPanel::qKerfCameraPanel(QWidget* parent)
   auto* read = Button(tr("Read from a file…"), "readLandmarksButton");
   list_->setObjectName("landmarkList");
   list_->setMinimumHeight(110);
+  // Takes what is left, so that the panel needs no scrolling.
+  list_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Ignored);
   auto* row = new QHBoxLayout;
   row->addWidget(remove_);
   row->addWidget(read);
@@ -33,9 +35,8 @@ qKerfCameraPanel::qKerfCameraPanel(QWidget* parent)
       Hint(tr("Spots that are found again on the video: four or more, spread over "
               "the side that the camera sees. Double click renames.")));
   column->addWidget(place_);
-  column->addWidget(list_);
+  column->addWidget(list_, 1);
   column->addLayout(row);
-  column->addStretch(1);
   connect(open, &QPushButton::clicked, this, [this] {
     const QString path = QFileDialog::getOpenFileName(this, tr("Open a camera file"), {},
                                                       tr("Camera (*.yml *.yaml);;All (*)"));

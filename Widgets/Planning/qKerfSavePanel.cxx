@@ -26,8 +26,10 @@ qKerfSavePanel::qKerfSavePanel(QWidget* parent)
   column->addWidget(Heading(tr("Checklist")));
   column->addWidget(list_);
   column->addWidget(Heading(tr("Case folder")));
-  column->addWidget(folder_);
-  column->addWidget(choose);
+  auto* row = new QHBoxLayout;
+  row->addWidget(folder_, 1);
+  row->addWidget(choose);
+  column->addLayout(row);
   column->addWidget(save_);
   column->addWidget(saved_);
   column->addWidget(go_on_);

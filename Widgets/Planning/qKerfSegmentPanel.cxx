@@ -41,7 +41,7 @@ void qKerfSegmentPanel::MakePreset(QVBoxLayout* column) {
   segment_->setToolTip(tr("Find organ, tumour and inner structures"));
   seeds_ = Hint({});
   seeds_->setObjectName("seedText");
-  auto* clear = Button(tr("Remove seeds"), "clearSeedsButton");
+  clear_seeds_ = Button(tr("Remove seeds"), "clearSeedsButton");
   warnings_ = Value("segmentationWarnings");
   SetRole(warnings_, "warning");
   auto* row = new QHBoxLayout;
@@ -49,13 +49,13 @@ void qKerfSegmentPanel::MakePreset(QVBoxLayout* column) {
   row->addWidget(segment_);
   auto* second = new QHBoxLayout;
   second->addWidget(seeds_, 1);
-  second->addWidget(clear);
+  second->addWidget(clear_seeds_);
   column->addWidget(Heading(tr("Preset")));
   column->addLayout(row);
   column->addLayout(second);
   column->addWidget(warnings_);
   connect(segment_, &QPushButton::clicked, this, &qKerfSegmentPanel::SegmentWanted);
-  connect(clear, &QPushButton::clicked, this, &qKerfSegmentPanel::ClearSeedsWanted);
+  connect(clear_seeds_, &QPushButton::clicked, this, &qKerfSegmentPanel::ClearSeedsWanted);
 }
 
 void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
@@ -236,17 +236,19 @@ void qKerfSegmentPanel::MakeCleaning(QVBoxLayout* column) {
     grid->addWidget(button, at / 2, at % 2);
     ++at;
   }
-  auto* evolve = Button(tr("Snap to edges (active contour)"), "evolveButton");
-  evolve->setToolTip(tr("The boundary moves onto the CT's edges and is seen moving; Esc stops it"));
+  auto* evolve = Button(tr("Snap to edges"), "evolveButton");
+  evolve->setToolTip(tr(
+      "Active contour: the boundary moves onto the CT's edges and is seen moving; Esc stops it"));
   connect(evolve, &QPushButton::clicked, this, &qKerfSegmentPanel::EvolveWanted);
-  grid->addWidget(evolve, 2, 0, 1, 2);
+  grid->addWidget(evolve, 2, 0);
+  auto* check = Button(tr("Check labels"), "checkButton");
+  check->setToolTip(tr("Holes, islands and labels at the CT's border, each with its repair"));
+  grid->addWidget(check, 2, 1);
   column->addWidget(Heading(tr("Correct")));
   column->addLayout(grid);
-  auto* check = Button(tr("Check labels"), "checkButton");
   findings_ = Value("findings");
   repair_holes_ = Button(tr("Repair: fill holes"), "repairHoles");
   repair_islands_ = Button(tr("Repair: keep largest"), "repairIslands");
-  column->addWidget(check);
   column->addWidget(findings_);
   column->addWidget(repair_holes_);
   column->addWidget(repair_islands_);
@@ -296,6 +298,7 @@ void qKerfSegmentPanel::Show(const kerf::PlanningSession& session) {
   const int seeds = static_cast<int>(session.Seeds().size());
   seeds_->setText(seeds == 0 ? tr("No seeds. A kidney in a whole abdomen needs one.")
                              : tr("%n seed(s)", "", seeds).replace("(s)", seeds == 1 ? "" : "s"));
+  clear_seeds_->setVisible(seeds > 0);
   segment_->setEnabled(session.Ct().has_value());
   QString warnings;
   for (const std::string& w : session.SegmentationWarnings())

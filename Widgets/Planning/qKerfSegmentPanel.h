@@ -64,6 +64,6 @@ class qKerfSegmentPanel : public QWidget {
   QCheckBox* sphere_;
   QSpinBox *tolerance_, *low_, *high_;
   QDoubleSpinBox* reach_;
-  QPushButton *segment_, *repair_holes_, *repair_islands_;
+  QPushButton *segment_, *clear_seeds_, *repair_holes_, *repair_islands_;
   bool filling_ = false;
 };

@@ -87,6 +87,8 @@ void qKerfStepList::Show(const kerf::PlanningSession& session) {
     buttons_[s]->setIcon(MarkOf(s, status.state));
     buttons_[s]->setProperty("state", static_cast<int>(status.state));
     sentences_[s] = QString::fromStdString(status.sentence);
+    if (status.state == kerf::StepState::Done && s + 1 < kerf::kPlanningSteps)
+      sentences_[s] += tr("\nNext: %1.").arg(buttons_[s + 1]->text().trimmed());
   }
   sentence_->setText(sentences_[current_]);
 }

@@ -15,6 +15,7 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
+#include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
 #include <QEvent>
@@ -32,6 +33,7 @@ struct qKerfSceneView::Impl {
   vtkNew<vtkRenderer> renderer;
   vtkNew<vtkLookupTable> table;
   vtkNew<vtkScalarBarActor> bar;
+  vtkNew<vtkTextActor> hint;  ///< while nothing is shown
   vtkNew<vtkAnnotatedCubeActor> cube;
   vtkNew<vtkOrientationMarkerWidget> marker;
   vtkNew<vtkLightKit> lights;
@@ -71,8 +73,16 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   impl_->bar->SetWidth(0.12);
   impl_->bar->SetHeight(0.6);
   impl_->bar->UnconstrainedFontSizeOn();
+  impl_->bar->SetVerticalTitleSeparation(8);
   impl_->bar->SetVisibility(false);
   impl_->renderer->AddActor2D(impl_->bar);
+
+  impl_->hint->GetTextProperty()->SetJustificationToCentered();
+  impl_->hint->GetTextProperty()->SetVerticalJustificationToCentered();
+  impl_->hint->GetTextProperty()->SetFontSize(15);
+  impl_->hint->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  impl_->hint->SetPosition(0.5, 0.5);
+  impl_->renderer->AddActor2D(impl_->hint);
 
   impl_->cube->SetXPlusFaceText("L");
   impl_->cube->SetXMinusFaceText("R");
@@ -93,6 +103,11 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
 
 qKerfSceneView::~qKerfSceneView() { impl_->marker->SetEnabled(0); }
 
+void qKerfSceneView::SetHint(const QString& text) {
+  impl_->hint->SetInput(text.toUtf8().constData());
+  Render();
+}
+
 void qKerfSceneView::ApplyTheme() {
   const qKerfTheme& t = qKerfTheme::Current();
   impl_->renderer->SetBackground(t.view.redF(), t.view.greenF(), t.view.blueF());
@@ -106,6 +121,7 @@ void qKerfSceneView::ApplyTheme() {
     p->ShadowOff();
     p->BoldOff();
   }
+  impl_->hint->GetTextProperty()->SetColor(t.faint.redF(), t.faint.greenF(), t.faint.blueF());
   impl_->cube->GetCubeProperty()->SetColor(t.raised.redF(), t.raised.greenF(), t.raised.blueF());
   impl_->cube->GetTextEdgesProperty()->SetColor(t.text.redF(), t.text.greenF(), t.text.blueF());
   for (vtkProperty* letter :
@@ -126,6 +142,7 @@ void qKerfSceneView::Render() {
       impl_->framed = true;
       impl_->renderer->ResetCamera();
     }
+    impl_->hint->SetVisibility(impl_->props.empty());
     impl_->renderer->ResetCameraClippingRange();
     if (isVisible()) impl_->window->Render();
   });

@@ -47,6 +47,8 @@ class qKerfSceneView : public QWidget {
   QPointF WidgetFromWorld(const kerf::Vec3& world_mm) const;
   /// What is shown, for the case browser.
   QImage Picture();
+  /// A sentence in the middle while nothing is shown; a new line stays one.
+  void SetHint(const QString& text);
   void ApplyTheme();
   int Count() const;
 

@@ -41,8 +41,9 @@ std::vector<std::uint8_t> Encode(const Image& image, Writer* writer) {
 
 }  // namespace
 
-std::vector<std::uint8_t> EncodePng(const Image& image) {
+std::vector<std::uint8_t> EncodePng(const Image& image, int compression) {
   vtkNew<vtkPNGWriter> writer;
+  writer->SetCompressionLevel(compression);
   return Encode(image, writer.Get());
 }
 
@@ -52,8 +53,8 @@ std::vector<std::uint8_t> EncodeJpeg(const Image& image, int quality) {
   return Encode(image, writer.Get());
 }
 
-void WritePng(const std::string& file, const Image& image) {
-  const std::vector<std::uint8_t> bytes = EncodePng(image);
+void WritePng(const std::string& file, const Image& image, int compression) {
+  const std::vector<std::uint8_t> bytes = EncodePng(image, compression);
   std::ofstream out(file, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()),
             static_cast<std::streamsize>(bytes.size()));
