@@ -8,6 +8,7 @@
 #include "Cutting/DisjointSets.h"
 #include "Cutting/ExtrudePolyline.h"
 #include "Cutting/TetCutter.h"
+#include "Support/Draws.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf::testing {
@@ -20,10 +21,13 @@ class Random {
   double Uniform(double low, double high) {
     return low + (high - low) * double(engine_() >> 5) / double(1u << 27);
   }
+  Vec3 Within(double low, double high) {
+    return DrawVec3([&] { return Uniform(low, high); });
+  }
   int Int(int count) { return static_cast<int>(engine_() % unsigned(count)); }
   Vec3 Direction() {
     while (true) {
-      const Vec3 d(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1));
+      const Vec3 d = Within(-1, 1);
       if (d.norm() > 0.2 && d.norm() < 1) return d.normalized();
     }
   }
@@ -47,14 +51,18 @@ TetMesh ZooMesh(Random& random, std::string* name) {
       *name = "band";
       mesh = BandMesh(400 + random.Int(2000));
       break;
-    case 3:
+    case 3: {
       *name = "box";
-      mesh = BoxMesh({40, 40, 40}, 3 + random.Int(4), 3 + random.Int(4), 3 + random.Int(4));
+      const int z = 3 + random.Int(4), y = 3 + random.Int(4), x = 3 + random.Int(4);
+      mesh = BoxMesh({40, 40, 40}, x, y, z);
       break;
-    case 4:
+    }
+    case 4: {
       *name = "irregular sphere";
-      mesh = Jitter(SphereMesh(30, 3 + random.Int(3)), 0.8, 8, 1 + random.Int(1000));
+      const unsigned seed = 1 + random.Int(1000);
+      mesh = Jitter(SphereMesh(30, 3 + random.Int(3)), 0.8, 8, seed);
       break;
+    }
     default:
       *name = "irregular box";
       mesh = Jitter(BoxMesh({50, 40, 30}, 6, 5, 4), 0.8, 8, 1 + random.Int(1000));
@@ -73,9 +81,7 @@ std::vector<CutSurface> GrowingCut(Random& random, const TetMesh& mesh, std::str
   const double cell = random.Uniform(0.03, 0.12) * size;
   Vec3 normal = random.Direction();
   if (random.Int(3) == 0) normal = Vec3::Unit(random.Int(3));  // along the grid of boxes
-  Vec3 through = low + (high - low)
-                           .cwiseProduct(Vec3(random.Uniform(0.2, 0.8), random.Uniform(0.2, 0.8),
-                                              random.Uniform(0.2, 0.8)));
+  Vec3 through = low + (high - low).cwiseProduct(random.Within(0.2, 0.8));
   if (random.Int(3) == 0)  // exactly through a vertex, so that vertices, edges and faces are grazed
     through = mesh.rest.row(random.Int(mesh.VertexCount())).transpose();
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
@@ -263,7 +269,8 @@ void AddCuts(Random& random, CutSequence* made) {
   }
   if (random.Int(2) == 0) {
     sequence.name += " deformed";
-    const Vec3 k = random.Direction() * random.Uniform(0.02, 0.08), d = random.Direction() * 6;
+    const Vec3 way = random.Direction();
+    const Vec3 k = way * random.Uniform(0.02, 0.08), d = random.Direction() * 6;
     sequence.positions = sequence.mesh.rest;
     for (Index v = 0; v < sequence.positions.rows(); ++v) {
       const Vec3 x = sequence.mesh.rest.row(v).transpose();

@@ -6,6 +6,8 @@
 #include <map>
 #include <random>
 
+#include "Support/Draws.h"
+
 namespace kerf::testing {
 namespace {
 
@@ -146,7 +148,7 @@ TetMesh Jitter(TetMesh mesh, double amount, double min_dihedral_deg, unsigned se
     for (int k = 0; k < 4; ++k) tets_of[mesh.tets(t, k)].push_back(t);
   auto corner = [&](Index t, int k) { return Vec3(mesh.rest.row(mesh.tets(t, k)).transpose()); };
   for (Index v = 0; v < mesh.VertexCount(); ++v) {
-    const Vec3 direction(uniform(), uniform(), uniform());
+    const Vec3 direction = DrawVec3(uniform);
     if (fixed[v]) continue;
     double shortest = 1e300;
     for (Index t : tets_of[v])

@@ -4,6 +4,7 @@
 
 #include "Cutting/CutPatch.h"
 #include "Cutting/ShortLists.h"
+#include "Support/Draws.h"
 
 namespace kerf::testing {
 namespace {
@@ -34,7 +35,10 @@ TEST(CutPatch, TheQuickLookAtAnglesIsSafe) {
   int blunt = 0, called_blunt = 0;
   for (int i = 0; i < 20000; ++i) {
     std::array<Vec3, 4> x;
-    for (Vec3& p : x) p = Vec3(at(engine), at(engine), std::pow(share(engine), 4) * at(engine));
+    for (Vec3& p : x) {
+      p = DrawVec3([&] { return at(engine); });
+      p.z() *= std::pow(share(engine), 4);
+    }
     const double smallest = CosineOfSmallestDihedral(x[0], x[1], x[2], x[3]);
     const bool quick = AllAnglesAbove(cosine, x[0], x[1], x[2], x[3]);
     if (quick) {

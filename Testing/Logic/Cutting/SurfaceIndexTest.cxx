@@ -3,6 +3,7 @@
 #include <random>
 
 #include "Cutting/SurfaceIndex.h"
+#include "Support/Draws.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf::testing {
@@ -34,9 +35,11 @@ TEST(SurfaceIndex, NoSegmentSlipsThroughBetweenTriangles) {
   std::mt19937 random(7);
   std::vector<double> hits;
   for (int i = 0; i < 2000; ++i) {
-    Vec3 p(double(random() % 1000) / 100 + 0.001, double(random() % 1000) / 100 + 0.001, 0);
+    const Vec2 in_plane = DrawVec2([&] { return double(random() % 1000) / 100 + 0.001; });
+    Vec3 p(in_plane.x(), in_plane.y(), 0);
     if (i % 2) p = s.points.row(random() % s.points.rows()).transpose();  // exactly at corners
-    const Vec3 d(double(random() % 100) / 50 - 1, double(random() % 100) / 50 - 1, 1);
+    const Vec2 slope = DrawVec2([&] { return double(random() % 100) / 50 - 1; });
+    const Vec3 d(slope.x(), slope.y(), 1);
     index.Crossings(p - 0.3 * d, p + 0.7 * d, &hits);
     ASSERT_EQ(hits.size(), 1u);
     EXPECT_NEAR(hits[0], 0.3, 1e-9);

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "Geometry/SurfaceTree.h"
+#include "Support/Draws.h"
 #include "Support/TestMeshes.h"
 
 using namespace kerf;
@@ -45,7 +46,7 @@ TEST(SurfaceTree, ClosestPointAgreesWithExhaustiveSearch) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> u(-6, 6);
   for (int i = 0; i < 200; ++i) {
-    const Vec3 p(u(random), u(random), u(random));
+    const Vec3 p = kerf::testing::DrawVec3([&] { return u(random); });
     // Distance to a box in closed form.
     const Vec3 half(4, 2, 1), q = p.cwiseAbs() - half;
     const double expected = q.maxCoeff() > 0 ? q.cwiseMax(0.0).norm() : -q.maxCoeff();
@@ -58,7 +59,7 @@ TEST(SurfaceTree, InsideAgreesWithTheFormula) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> u(-5, 5);
   for (int i = 0; i < 500; ++i) {
-    const Vec3 p(u(random), u(random), u(random));
+    const Vec3 p = kerf::testing::DrawVec3([&] { return u(random); });
     const bool expected = (p.cwiseAbs() - Vec3(4, 2, 1)).maxCoeff() < 0;
     EXPECT_EQ(tree.Inside(p), expected) << p.transpose();
   }

@@ -9,6 +9,7 @@
 #include "CutMotion.h"
 #include "Registration/CutEvidence.h"
 #include "Registration/CutLineFit.h"
+#include "Support/Draws.h"
 
 namespace kerf {
 namespace {
@@ -35,7 +36,8 @@ Outcome Play(const Motion& motion, const std::vector<char>& usable, bool to_the_
     Pixels current(rest.rows(), 2);
     for (Index i = 0; i < rest.rows(); ++i) {
       const Vec2 p = rest.row(i).head<2>().transpose();
-      current.row(i) = (motion(p, f / 99.0) + Vec2(noise(rng), noise(rng))).transpose();
+      current.row(i) =
+          (motion(p, f / 99.0) + testing::DrawVec2([&] { return noise(rng); })).transpose();
     }
     out.jumps = MeasureJumps(out.evidence.triangulation, current, usable);
     out.parting = UpdateEvidence(out.jumps, current, &out.evidence);
