@@ -6,6 +6,7 @@
 #include "Adapters/Vtk/MeshFiles.h"
 #include "Core/Errors.h"
 #include "Registration/CutLine.h"
+#include "Session/IntraoperativeDecision.h"
 
 namespace kerf {
 namespace {
@@ -68,22 +69,15 @@ void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState&
                    {{"state", gate_}, {"reason", r.reason}, {"score", r.score}});
   }
   for (const CutEvent& event : frame.step.cuts) {
-    const std::vector<double> point{event.point.x(), event.point.y(), event.point.z()};
     if (event.first)
       journal_.Write(frame.time_s, frame.frame, "cut proposed",
                      {{"cut", event.cut},
-                      {"point_rest_mm", point},
+                      {"point_rest_mm",
+                       std::vector<double>{event.point.x(), event.point.y(), event.point.z()}},
                       {"confidence", state.cuts[event.cut].confidence}});
     if (state.cuts[event.cut].held) continue;  // not before it is accepted
-    journal_.Write(frame.time_s, frame.frame, event.report.done ? "cut applied" : "cut refused",
-                   {{"cut", event.cut},
-                    {"point_rest_mm", point},
-                    {"partial", event.report.partial},
-                    {"reason", event.report.reason},
-                    {"new_vertices", int(event.report.new_vertices)},
-                    {"new_tetrahedra", int(event.report.new_tets)},
-                    {"components", event.report.components},
-                    {"smallest_dihedral_deg", event.report.smallest_dihedral_deg}});
+    journal_.Write(frame.time_s, frame.frame, EventName(event.report),
+                   ToJournal(event.cut, event.point, event.report));
   }
 }
 

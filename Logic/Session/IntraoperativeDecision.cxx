@@ -101,6 +101,22 @@ std::string TextOf(const CutReport& report) {
                         : "the model is cut.";
 }
 
+const char* EventName(const CutReport& report) {
+  return report.done ? "cut applied" : "cut refused";
+}
+
+JournalData ToJournal(int cut, const Vec3& point_rest_mm, const CutReport& report) {
+  return {{"cut", cut},
+          {"point_rest_mm",
+           std::vector<double>{point_rest_mm.x(), point_rest_mm.y(), point_rest_mm.z()}},
+          {"partial", report.partial},
+          {"reason", report.reason},
+          {"new_vertices", int(report.new_vertices)},
+          {"new_tetrahedra", int(report.new_tets)},
+          {"components", report.components},
+          {"smallest_dihedral_deg", report.smallest_dihedral_deg}};
+}
+
 DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision) {
   const std::string name = "Cut " + std::to_string(decision->cut + 1);
   switch (decision->kind) {
@@ -108,7 +124,7 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       const CutReport report = session->AcceptCut(decision->cut);
       if (!report.done && report.reason == "no such proposal")
         return {false, name + " is no proposal that waits."};
-      return {true, name + " accepted" + (report.done ? ": " : ", ") + TextOf(report)};
+      return {true, name + " accepted" + (report.done ? ": " : ", ") + TextOf(report), report};
     }
     case Kind::RejectCut:
       if (!session->RejectCut(decision->cut)) return {false, name + " cannot be rejected."};
@@ -130,7 +146,7 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
                           (report.done ? ": " : ", ") + TextOf(report);
       if (report.done)
         drawn += LedOverRim(decision->line, session->State().cuts[decision->cut].line.points);
-      return {true, drawn};
+      return {true, drawn, report};
     }
     case Kind::HoldCuts:
       session->HoldCuts(true);

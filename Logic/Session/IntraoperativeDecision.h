@@ -47,11 +47,16 @@ std::optional<IntraoperativeDecision> DecisionOf(const JournalEntry& entry,
 /// What became of a cut, as the end of a sentence.
 std::string TextOf(const CutReport& report);
 
+/// Event and data in the journal for what became of a cut. @param point_rest_mm where it begins
+const char* EventName(const CutReport& report);
+JournalData ToJournal(int cut, const Vec3& point_rest_mm, const CutReport& report);
+
 /// Carries a decision out. Fills line, direction and depth of a drawn cut, so that what is written
 /// to the journal can be repeated. @return what happened, in words; `done` false: nothing changed
 struct DecisionOutcome {
   bool done = false;
   std::string words;
+  std::optional<CutReport> cut{};  ///< of a cut that was accepted or drawn
 };
 DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision);
 

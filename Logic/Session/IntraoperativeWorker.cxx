@@ -105,6 +105,10 @@ void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decis
     off_since.reset();
   }
   Say(EventName(decision.kind), ToJournal(decision));
+  if (!outcome.cut) return;
+  const ModelCut& cut = parts.session->State().cuts[decision.cut];
+  Say(EventName(*outcome.cut),
+      ToJournal(decision.cut, cut.line.points.row(0).transpose(), *outcome.cut));
 }
 
 void IntraoperativeWorker::Implementation::KeepDeadline() {

@@ -118,9 +118,22 @@ TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
   EXPECT_NEAR(playback.At(playback.FrameCount() - 1)->deviation.mean_mm, 3.0, 0.8);
   EXPECT_TRUE(std::isnan(playback.At(0)->deviation.mean_mm));
   ASSERT_FALSE(playback.Events().empty());
-  bool drawn = false;
-  for (const PlaybackEvent& event : playback.Events()) drawn |= event.words == "cut drawn";
-  EXPECT_TRUE(drawn);
+  bool drawn = false, applied = false;
+  for (const PlaybackEvent& event : playback.Events()) {
+    drawn |= event.words == "cut drawn";
+    applied |= event.words == "cut applied: cut 1";
+  }
+  EXPECT_TRUE(drawn && applied);
+  bool reported = false;
+  for (const JournalEntry& entry : ReadJournal(session + "/journal.jsonl"))
+    if (entry.event == "cut applied") {
+      reported = true;
+      EXPECT_EQ(entry.Numbers("point_rest_mm").size(), 3u);
+      EXPECT_TRUE(entry.Text("reason"));
+      for (const char* key : {"new_vertices", "new_tetrahedra", "smallest_dihedral_deg"})
+        EXPECT_GT(entry.Number(key).value_or(0), 0) << key;
+    }
+  EXPECT_TRUE(reported);
   // Any order gives the same.
   const auto late = playback.At(playback.FrameCount() - 1), early = playback.At(2);
   EXPECT_TRUE(playback.At(playback.FrameCount() - 1)->organ.points == late->organ.points);

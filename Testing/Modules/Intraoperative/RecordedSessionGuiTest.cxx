@@ -44,8 +44,8 @@ void IntraoperativeGuiTest::TheSessionIsCompleteExportedAndReplayedBitByBit() {
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
     events.insert(entry.event);
   for (const char* event :
-       {"registration accepted", "cut proposed", "cut accepted", "cut rejected", "undone",
-        "cut drawn", "mark", "snapshot", "clamp closed", "clamp opened", "end"})
+       {"registration accepted", "cut proposed", "cut accepted", "cut applied", "cut rejected",
+        "undone", "cut drawn", "mark", "snapshot", "clamp closed", "clamp opened", "end"})
     QVERIFY2(events.count(event), event);
 
   page_->Click("export");
