@@ -80,9 +80,11 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
       MovedOn(std::move(better.fitted), better.then->grips, state->grips, better.model.mesh.rest);
   better.model.positions = better.model.grip_positions = fit.positions;
   state->grips = std::move(fit);
-  Adopt(std::move(better.model), options, engine, state);
-  state->grips.stale_columns = 0;  // measured on this model
   event.report.done = true;
+  event.report.reason = better.model.uncut[better.cut];
+  event.report.partial = !event.report.reason.empty();
+  Adopt(std::move(better.model), options, engine, state);
+  state->grips.stale_columns = 0;                         // measured on this model
   for (std::size_t c = 0; c < state->cuts.size(); ++c) {  // and cuts may have grown
     const ModelCut& other = state->cuts[c];
     const bool known = c < better.then->cuts.size();

@@ -1,5 +1,7 @@
 #include "Registration/ModelUpdate.h"
 
+#include <algorithm>
+
 #include "Cutting/ExtrudePolyline.h"
 #include "Geometry/EmbedPoints.h"
 #include "Registration/Untangle.h"
@@ -24,12 +26,12 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   CutReport report;
   const TopologyChange change =
       engine.cutter.Cut(state->mesh, cut.surface, &report, &state->positions);
-  if (!change.changed) return report;
   for (ModelCut& known : state->cuts)
     if (&known == &cut) {
-      known.in_model = true;
-      known.partial = known.partial || report.partial;
+      known.in_model = known.in_model || change.changed;
+      known.partial = known.in_model && report.partial;
     }
+  if (!change.changed) return report;
   engine.solvers.organ->Apply(change);
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
@@ -84,14 +86,18 @@ std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodO
   } else {
     PlacesNow(state, &model);
   }
-  for (const ModelCut& cut : cuts) {
+  model.uncut.resize(cuts.size());
+  for (std::size_t c = 0; c < cuts.size(); ++c) {
+    const ModelCut& cut = cuts[c];
     if (!cut.in_model || cut.rejected) continue;
     // A whole S at once leaves bridges where it cannot keep the elements well shaped everywhere;
     // looked at afresh, most of them can be cut.
     bool any = false;
     for (int pass = 0; pass < kPasses; ++pass) {
       model.cutter = TetCutter();
-      const TopologyChange change = model.cutter.Cut(model.mesh, cut.surface);
+      CutReport report;
+      const TopologyChange change = model.cutter.Cut(model.mesh, cut.surface, &report);
+      model.uncut[c] = report.partial ? report.reason : "";
       if (!change.changed) break;
       any = true;
       model.positions = change.MapVertexField(model.positions);
@@ -113,6 +119,8 @@ std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodO
 }
 
 void Adopt(CutModel model, const MethodOptions& options, Engine& engine, RegistrationState* state) {
+  for (std::size_t c = 0; c < std::min(model.uncut.size(), state->cuts.size()); ++c)
+    state->cuts[c].partial = !model.uncut[c].empty();
   state->mesh = std::move(model.mesh);
   state->positions = std::move(model.positions);
   state->velocities = Points::Zero(state->mesh.VertexCount(), 3);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "Registration/Step.h"
 
@@ -22,6 +24,7 @@ struct CutModel {
   Points positions, grip_positions;
   Embedding features;
   std::vector<Structure> structures;
+  std::vector<std::string> uncut;  ///< cut → why a part of its S stays uncut; empty: none does
   TetCutter cutter;
   Solvers solvers;  ///< set up with it; none: Adopt starts them afresh
 };

@@ -72,9 +72,14 @@ bool RegistrationSession::TakeOut(int cut) {
   RestoreModel(found->before, options_, engine, &state_);
   std::vector<Applied> kept(applied_.begin(), found), later(found + 1, applied_.end());
   clock_->Start();
-  for (const Applied& earlier : kept)
-    if (grew(earlier.cut)) ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
+  for (const Applied& earlier : kept) {
+    if (grew(earlier.cut))
+      ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
+    else
+      state_.cuts[earlier.cut].partial = then[earlier.cut].partial;
+  }
   for (const Applied& again : later) {
+    state_.cuts[again.cut].in_model = false;
     kept.push_back({again.cut, state_});
     ApplyCut(state_.cuts[again.cut], options_, engine, &state_);
   }
@@ -154,12 +159,13 @@ std::string RegistrationSession::Undo() {
       ModelCut* cut = Cut(last.cut);
       if (!cut || cut->rejected || (InModel(last.cut) && !TakeOut(last.cut))) return {};
       cut->held = true;
-      cut->in_model = false;
+      cut->in_model = cut->partial = false;
       return name + " is a proposal again";
     }
     case Decision::Kind::Rejected:
       state_.cuts[last.cut] = last.was;
       state_.evidence.refused_mm = last.refused_mm;
+      state_.cuts[last.cut].in_model = state_.cuts[last.cut].partial = false;
       if (!last.was.held) ApplyNow(last.cut);
       return name + " is back";
   }

@@ -1,0 +1,131 @@
+// Whether a cut of the model is in it in whole or in part, as it grows, is cut anew and taken over.
+#include <gtest/gtest.h>
+
+#include "Registration/ModelSearch.h"
+#include "Registration/ModelUpdate.h"
+#include "Support/TestMeshes.h"
+
+namespace kerf::testing {
+namespace {
+
+class NoTracker : public FeatureTracker {
+ public:
+  FeatureSet Detect(const Frame&, const Image&, int) override { return {}; }
+  void Track(const Frame&, FeatureSet*) override {}
+};
+
+CutSurface Across(double x) {
+  return RectangleCut({x, -100, -100}, {0, 200, 0}, {0, 0, 200}, 66, 66);
+}
+
+/// A band with a cut of two sheets; the mesh may grow by enough for the first of them only.
+struct Band {
+  Band() : cutter(Tight()), engine{tracker, solvers, cutter} {
+    state.mesh = BandMesh(3000);
+    state.positions = state.mesh.rest;
+    state.velocities = Points::Zero(state.mesh.VertexCount(), 3);
+    state.bound.embedding.weights.resize(0, 4);
+    state.bound.rest.resize(0, 3);
+    const auto solver = MakeKerfSolver();
+    state.grips = BeginGrips(state.mesh, state.bound, options.material, {}, solver.get());
+    auto uncut = std::make_shared<UncutModel>();
+    uncut->mesh = state.mesh;
+    uncut->features = state.bound.embedding;
+    state.origin = uncut;
+    solvers.organ = MakeKerfSolver();
+    solvers.organ->Reset(state.mesh, options.material);
+    state.cuts.resize(1);
+    cut().surface = Together(Across(-20.3), Across(15.2));
+    cut().line.points = cut().surface.points.topRows(2);
+  }
+  static CutOptions Tight(double new_vertices = 0.9) {
+    CutOptions tight;
+    tight.max_new_vertices = new_vertices;
+    return tight;
+  }
+  ModelCut& cut() { return state.cuts[0]; }
+  CutReport Apply() { return ApplyCut(cut(), options, engine, &state); }
+
+  NoTracker tracker;
+  Solvers solvers;
+  TetCutter cutter;
+  MethodOptions options;
+  Engine engine;
+  RegistrationState state;
+};
+
+TEST(ModelUpdate, ACutSaysWhetherItIsInTheModelInPart) {
+  Band band;
+  EXPECT_TRUE(band.Apply().partial);
+  EXPECT_TRUE(band.cut().in_model);
+  EXPECT_TRUE(band.cut().partial);
+  EXPECT_TRUE(band.Apply().done) << "what was left can be cut alone";
+  EXPECT_FALSE(band.cut().partial) << "now it is whole";
+  EXPECT_FALSE(band.Apply().done) << "nothing is left";
+  EXPECT_FALSE(band.cut().partial);
+}
+
+TEST(ModelUpdate, GrowthThatIsRefusedMakesItPartial) {
+  Band band;
+  band.cut().surface = Across(15.2);
+  EXPECT_TRUE(band.Apply().done);
+  EXPECT_FALSE(band.cut().partial);
+  band.cutter = TetCutter(Band::Tight(0.01));
+  band.cut().surface = Together(Across(15.2), Across(-20.3));
+  const CutReport refused = band.Apply();
+  EXPECT_FALSE(refused.done);
+  EXPECT_TRUE(refused.partial);
+  EXPECT_TRUE(band.cut().in_model);
+  EXPECT_TRUE(band.cut().partial) << "the model is not cut along all of S";
+}
+
+TEST(ModelUpdate, ACutThatIsRefusedIsNotInTheModel) {
+  Band band;
+  band.cutter = TetCutter(Band::Tight(0.01));
+  EXPECT_TRUE(band.Apply().partial);
+  EXPECT_FALSE(band.cut().in_model || band.cut().partial);
+}
+
+TEST(ModelUpdate, CutAnewItSaysWhatItIsNow) {
+  Band band;
+  EXPECT_TRUE(band.Apply().partial);
+  auto whole = CutAnew(band.state.cuts, band.options, band.state, true);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->uncut, std::vector<std::string>{""});
+  Adopt(std::move(*whole), band.options, band.engine, &band.state);
+  EXPECT_FALSE(band.cut().partial);
+  EXPECT_EQ(MeasureQuality(band.state.mesh, band.state.mesh.rest).components, 3);
+
+  auto part = CutAnew(band.state.cuts, band.options, band.state, true);
+  ASSERT_TRUE(part);
+  part->uncut[0] = "for a reason";
+  Adopt(std::move(*part), band.options, band.engine, &band.state);
+  EXPECT_TRUE(band.cut().partial);
+}
+
+TEST(ModelUpdate, WhatASearchFoundSaysWhatWasLeftUncut) {
+  Band band;
+  EXPECT_TRUE(band.Apply().partial);
+  for (const char* why : {"for a reason", ""}) {
+    band.cut().surface = Together(Across(-20.3), Across(15.2));
+    auto then = std::make_shared<RegistrationState>(band.state);
+    BetterModel better;
+    better.then = then;
+    better.by = BetterModel::By::Turned;
+    better.instead = band.cut();
+    auto anew = CutAnew(band.state.cuts, band.options, band.state, true);
+    ASSERT_TRUE(anew);
+    better.model = std::move(*anew);
+    better.model.uncut[0] = why;
+    better.fitted = band.state.grips;
+    better.fitted.positions = better.model.grip_positions;
+    const CutEvent event = TakeOver(std::move(better), band.options, band.engine, &band.state);
+    EXPECT_TRUE(event.report.done);
+    EXPECT_EQ(event.report.reason, why);
+    EXPECT_EQ(event.report.partial, *why != 0);
+    EXPECT_EQ(band.cut().partial, *why != 0);
+  }
+}
+
+}  // namespace
+}  // namespace kerf::testing
