@@ -116,7 +116,8 @@ std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutP
   return out;
 }
 
-bool SplitCrossedEdges(const SurfaceIndex& surface, const CoreNear& near, CutPatch* patch) {
+bool SplitCrossedEdges(const SurfaceIndex& surface, const CoreNear& near, std::size_t most_vertices,
+                       CutPatch* patch) {
   struct Job {
     double length;
     CrossedEdge edge;
@@ -132,9 +133,8 @@ bool SplitCrossedEdges(const SurfaceIndex& surface, const CoreNear& near, CutPat
       jobs.push({(patch->vertices[edge.a].rest - patch->vertices[edge.b].rest).norm(), edge});
   };
   for (const CrossedEdge& edge : EdgesCutThrough(surface, *patch, near)) add(edge);
-  const std::size_t limit = 4 * patch->vertices.size() + 64;
   while (!jobs.empty()) {
-    if (patch->vertices.size() >= limit) return false;
+    if (patch->vertices.size() >= most_vertices) return false;
     const CrossedEdge job = jobs.top().edge;
     jobs.pop();
     if (patch->Around(job.a, job.b).empty()) continue;

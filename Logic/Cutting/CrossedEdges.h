@@ -22,9 +22,9 @@ std::vector<CrossedEdge> EdgesCutThrough(const SurfaceIndex& surface, const CutP
 /// Parameter where S crosses the edge a–b and has to split it, or −1.
 double CrossingToSplit(const SurfaceIndex& surface, const CutPatch& patch, int a, int b);
 
-/// Bisects every edge that S still crosses. False: given up half-way, after the patch had grown
-/// several times over; throw it away.
+/// Bisects every edge that S still crosses. False: given up half-way, when the patch had
+/// `most_vertices`; throw it away.
 [[nodiscard]] bool SplitCrossedEdges(const SurfaceIndex& surface, const CoreNear& near,
-                                     CutPatch* patch);
+                                     std::size_t most_vertices, CutPatch* patch);
 
 }  // namespace kerf

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "Cutting/CrossedEdges.h"
 #include "Cutting/ImprovePatch.h"
@@ -17,42 +18,55 @@ double AngleOf(double cosine) {
   return cosine > 1 ? 0 : std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / M_PI;
 }
 
-/// Of changed tetrahedra.
-PatchAngles SmallestAngles(const CutPatch& patch) {
+/// Of changed tetrahedra: angles, and the volume.
+void MeasureShape(CutAttempt* attempt) {
+  const CutPatch& patch = attempt->patch;
   double worst = -1, worst_current = -1;
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
     if (!patch.tets[t].changed) continue;
     worst = std::max(worst, patch.WorstCosine(static_cast<int>(t)));
+    attempt->smallest_mm3 = std::min(attempt->smallest_mm3, patch.Volume_mm3(static_cast<int>(t)));
     if (patch.deformed)
       worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
   }
-  return {AngleOf(worst), AngleOf(worst_current)};
+  attempt->angle_deg = AngleOf(worst);
+  attempt->angle_current_deg = AngleOf(worst_current);
+}
+
+/// But for the angle at rest, by which attempts are compared.
+bool Meets(const CutAttempt& attempt, const CutDemands& demands) {
+  const CutPatch& patch = attempt.patch;
+  if (patch.deformed && attempt.angle_current_deg < demands.angles.current_deg) return false;
+  return attempt.smallest_mm3 >= demands.volume_mm3 &&
+         patch.vertices.size() <= demands.most_vertices && patch.tets.size() <= demands.most_tets;
 }
 
 CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
-               const SurfaceIndex& sheet, const RemeshingOptions& options, bool snapping) {
-  CutAttempt attempt{start, {}, 0, 180, 180, false};
+               const SurfaceIndex& sheet, const RemeshingOptions& options, bool snapping,
+               std::size_t most_vertices) {
+  CutAttempt attempt{start, {}, 0, 180, 180, 1e300, false};
   RemeshingOptions used = options;
   if (!snapping) used.snap_fraction = used.accept_fraction = 0;
   attempt.snapped = SnapVertices(sheet, used, before, &near, &attempt.patch);
-  if (!SplitCrossedEdges(sheet, near, &attempt.patch)) {
+  if (!SplitCrossedEdges(sheet, near, most_vertices, &attempt.patch)) {
     attempt.given_up = true;
     return attempt;
   }
   if (snapping) ImprovePatch(sheet, used, before, &attempt.patch);
   attempt.separation = OpenFacesOnS(sheet, &attempt.patch);
-  const PatchAngles angles = SmallestAngles(attempt.patch);
-  attempt.angle_deg = angles.rest_deg;
-  attempt.angle_current_deg = angles.current_deg;
+  MeasureShape(&attempt);
   return attempt;
 }
 
 }  // namespace
 
-PatchAngles RequiredAngles(const CutPatch& patch, const CutOptions& options) {
+CutDemands DemandsOn(const CutPatch& patch, Index work, double mean_mm3,
+                     const CutOptions& options) {
   const double enough = CosineOf(options.min_dihedral_deg);
   const double enough_current = CosineOf(2 * kDeformedAngle_deg);
   double worst = -1, worst_current = -1;
+  CutDemands demands;
+  demands.volume_mm3 = options.min_volume_share * mean_mm3;
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
     const auto& v = patch.tets[t].v;
     const auto &a = patch.vertices[v[0]], &b = patch.vertices[v[1]], &c = patch.vertices[v[2]],
@@ -62,13 +76,22 @@ PatchAngles RequiredAngles(const CutPatch& patch, const CutOptions& options) {
     if (patch.deformed &&
         !AllAnglesAbove(enough_current, a.current, b.current, c.current, d.current))
       worst_current = std::max(worst_current, patch.WorstCosineCurrent(static_cast<int>(t)));
+    demands.volume_mm3 = std::min(demands.volume_mm3, patch.Volume_mm3(static_cast<int>(t)));
   }
-  return {std::min(options.min_dihedral_deg, AngleOf(worst)),
-          std::min(kDeformedAngle_deg, 0.5 * AngleOf(worst_current))};
+  demands.angles = {std::min(options.min_dihedral_deg, AngleOf(worst)),
+                    std::min(kDeformedAngle_deg, 0.5 * AngleOf(worst_current))};
+  demands.most_vertices = patch.vertices.size() + std::size_t(options.max_new_vertices * work);
+  demands.most_tets = patch.tets.size() + std::size_t(options.max_new_tets * work);
+  if (!options.snapping) {  // no guarantees
+    demands.volume_mm3 = 0;
+    demands.most_vertices = 5 * patch.vertices.size() + 64;
+    demands.most_tets = std::numeric_limits<std::size_t>::max();
+  }
+  return demands;
 }
 
 std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutPatch* start_patch,
-                                   const CutOptions& options, const PatchAngles& required) {
+                                   const CutOptions& options, const CutDemands& demands) {
   CutPatch& start = *start_patch;
   const CoreNear near = sheet->NearOf(start);
   MarkVerticesOnS(sheet->index, near, &start);
@@ -78,15 +101,16 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
   for (double factor : {1.0, 0.7, 1.25, 0.45}) {
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options.snap_fraction;
-    CutAttempt attempt = Try(before, start, near, sheet->index, remeshing, options.snapping);
+    CutAttempt attempt =
+        Try(before, start, near, sheet->index, remeshing, options.snapping, demands.most_vertices);
     // Where the boundary would touch itself in a vertex, that vertex is better not on S.
     for (int v : attempt.separation.pinched)
       if (v < static_cast<int>(start.vertices.size())) remeshing.off.push_back(v);
     if (!remeshing.off.empty() && options.snapping) {
-      CutAttempt clear = Try(before, start, near, sheet->index, remeshing, true);
-      const bool shaped = clear.angle_deg >= required.rest_deg &&
-                          (!before.deformed || clear.angle_current_deg >= required.current_deg);
-      if (!clear.given_up && shaped && clear.separation.closed < attempt.separation.closed &&
+      CutAttempt clear =
+          Try(before, start, near, sheet->index, remeshing, true, demands.most_vertices);
+      if (!clear.given_up && clear.angle_deg >= demands.angles.rest_deg && Meets(clear, demands) &&
+          clear.separation.closed < attempt.separation.closed &&
           clear.separation.area_mm2 >= kAsMuch * attempt.separation.area_mm2)
         attempt = std::move(clear);
     }
@@ -95,16 +119,18 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
       continue;
     }
     if (attempt.separation.faces.empty()) {
+      if (idle == 0) sheet->kept = attempt.separation.kept;
       if (++idle == 2 && !separates) break;  // S only touches the organ
       continue;
     }
     separates = true;
-    if (attempt.angle_current_deg < required.current_deg && before.deformed) continue;
+    if (!Meets(attempt, demands)) continue;
     if (!best || attempt.angle_deg > best->angle_deg) best = std::move(attempt);
     if (best->angle_deg >= std::min(6.0, 2 * options.min_dihedral_deg) || !options.snapping) break;
   }
-  if (best && options.snapping && best->angle_deg < required.rest_deg) best.reset();
+  if (best && options.snapping && best->angle_deg < demands.angles.rest_deg) best.reset();
   sheet->refused = separates && !best;
+  if (best) sheet->kept = best->separation.kept;
   return best;
 }
 

@@ -190,6 +190,13 @@ double CutPatch::WorstCurrentAround(int v) const {
   return worst;
 }
 
+double CutPatch::Volume_mm3(int t) const {
+  const auto& v = tets[t].v;
+  const Vec3& a = vertices[v[0]].rest;
+  return (vertices[v[1]].rest - a).dot((vertices[v[2]].rest - a).cross(vertices[v[3]].rest - a)) /
+         6;
+}
+
 int CutPatch::SplitEdge(int a, int b, const Vec3& at) {
   const int m = static_cast<int>(vertices.size());
   const Vec3 ab = vertices[b].rest - vertices[a].rest;

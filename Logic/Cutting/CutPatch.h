@@ -74,6 +74,8 @@ class CutPatch {
   double WorstCosineAround(int v) const;
   double WorstCurrentAround(int v) const;
 
+  double Volume_mm3(int tet) const;  ///< at rest
+
   /// Bisects all tetrahedra around a–b at `at`; returns the new vertex.
   int SplitEdge(int a, int b, const Vec3& at);
 

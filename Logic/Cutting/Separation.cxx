@@ -33,29 +33,39 @@ class Pieces {
 };
 
 /// Pieces that the opening cuts off and that are no more than a few tetrahedra: marks their
-/// tetrahedra.
-std::vector<char> Chips(const CutPatch& patch, Pieces* pieces) {
+/// tetrahedra. @return their number
+int MarkChips(const CutPatch& patch, Pieces* pieces, std::vector<char>* chip) {
   std::vector<double> volume_of(patch.vertices.size(), 0);
   std::vector<char> anchored(patch.vertices.size(), 0);
   double volume = 0;
   for (std::size_t v = 0; v < patch.vertices.size(); ++v)
     if (patch.vertices[v].frozen) anchored[pieces->Find(static_cast<int>(v))] = 1;
-  for (const auto& tet : patch.tets) {
-    const Vec3 a = patch.vertices[tet.v[0]].rest;
-    const double v =
-        (patch.vertices[tet.v[1]].rest - a)
-            .dot((patch.vertices[tet.v[2]].rest - a).cross(patch.vertices[tet.v[3]].rest - a)) /
-        6;
+  for (std::size_t t = 0; t < patch.tets.size(); ++t) {
+    const double v = patch.Volume_mm3(static_cast<int>(t));
     volume += v;
-    volume_of[pieces->Find(tet.v[0])] += v;
+    volume_of[pieces->Find(patch.tets[t].v[0])] += v;
   }
   const double small = 3 * volume / double(patch.tets.size());
-  std::vector<char> chip(patch.tets.size(), 0);
   for (std::size_t t = 0; t < patch.tets.size(); ++t) {
     const int r = pieces->Find(patch.tets[t].v[0]);
-    chip[t] = !anchored[r] && volume_of[r] < small;
+    (*chip)[t] = !anchored[r] && volume_of[r] < small;
   }
-  return chip;
+  int chips = 0;
+  for (std::size_t v = 0; v < patch.vertices.size(); ++v)
+    chips += pieces->Find(static_cast<int>(v)) == static_cast<int>(v) && !anchored[v] &&
+             volume_of[v] > 0 && volume_of[v] < small;
+  return chips;
+}
+
+/// Does S end at this face, so that the crack front may?
+bool AtEndOfS(const SurfaceIndex& surface, const CutPatch& patch, const FaceOnS& face) {
+  Vec3 middle = Vec3::Zero();
+  double size_mm = 0;
+  for (int v : face.v) {
+    middle += patch.vertices[v].rest / 3;
+    size_mm += patch.vertices[v].size_mm / 3;
+  }
+  return surface.BorderWithin(middle, kFront * size_mm);
 }
 
 }  // namespace
@@ -120,12 +130,16 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     }
     Pieces pieces(opening.patch);
     const int piece_count = pieces.Count();
-    const std::vector<char> chip =
-        piece_count > 1 ? Chips(opening.patch, &pieces) : std::vector<char>(patch->tets.size(), 0);
+    std::vector<char> chip(patch->tets.size(), 0);
+    if (piece_count > 1) report.chips += MarkChips(opening.patch, &pieces, &chip);
     const Index closed_before = report.closed;
     for (FaceOnS& face : faces) {
       if (!face.open) continue;
-      if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) face.open = false;
+      if (bad[face.v[0]] || bad[face.v[1]] || bad[face.v[2]]) {
+        face.open = false;
+        if (chip[face.tet[0]] == chip[face.tet[1]] && !AtEndOfS(surface, *patch, face))
+          report.kept.push_back(face.tet);
+      }
       if (chip[face.tet[0]] != chip[face.tet[1]]) {
         face.open = false;
         any = true;

@@ -12,6 +12,9 @@ struct SeparationReport {
   bool same_pieces = false;  ///< the patch hangs together as it did before: no piece came off
   bool stuck = false;        ///< both sides are joined somewhere though S goes on there
   Index closed = 0;          ///< faces on S that stay closed
+  std::vector<std::array<int, 2>> kept;  ///< on both sides of those that stay closed where S goes
+                                         ///< on, since the boundary would touch itself
+  int chips = 0;             ///< pieces of a few tetrahedra that S cuts off and that stay joined
   std::vector<int> pinched;  ///< vertices in which the boundary would touch itself if all opened
 };
 

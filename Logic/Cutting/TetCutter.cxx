@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <optional>
 
 #include "Core/Errors.h"
@@ -18,8 +19,11 @@ namespace {
 constexpr double kContextEdges =
     5;  // mean edges around what is new in S in which the old S still counts
 constexpr double kSlack = 1e-4;  // mean edges: a face this near to S may count as on it
-constexpr int kRounds = 3;  // what is cut may leave S to cut through elements that it only entered
-constexpr int kRings = 2;   // around the tetrahedra that S crosses: room for snapping and smoothing
+const char* const kNothingNew = "the separation surface separates nothing new";
+const char* const kBadlyShaped = "no remeshing keeps the elements well shaped and few";
+const char* const kWouldTouchItself = "the organ would touch itself in a single point";
+const char* const kRoundsRanOut = "what was cut left more to cut, several times over";
+constexpr int kRings = 2;  // around the tetrahedra that S crosses: room for snapping and smoothing
 
 void ThrowIfBroken(const TetMesh& mesh, const CutSurface& surface, const Points* positions) {
   const char* const file = "separation surface";
@@ -46,39 +50,33 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
   CutReport& out = report ? *report : unused;
   out = {};
   ThrowIfBroken(mesh, surface, positions);
-  const bool known = Knows(mesh);
-  auto report_components = [&](const TetMesh& of, bool same_pieces) {
-    if (known && same_pieces)
-      out.component_volume_mm3 = memory_.component_volume_mm3;
-    else
-      out.component_volume_mm3 = ComponentVolumes_mm3(of);
+  const bool known = memory_.Knows(mesh);
+  const std::vector<double> pieces_before =
+      known ? memory_.component_volume_mm3 : ComponentVolumes_mm3(mesh);
+  const auto report_components = [&](std::vector<double> volumes_mm3) {
+    out.component_volume_mm3 = std::move(volumes_mm3);
     out.components = static_cast<int>(out.component_volume_mm3.size());
   };
-  auto remember = [&](const TetMesh& result, std::vector<std::uint64_t> triangles) {
-    std::sort(triangles.begin(), triangles.end());
-    memory_ = {std::move(triangles), result.VertexCount(), result.TetCount(),
-               out.component_volume_mm3};
+  const double edge_mm = MeanEdge_mm(mesh);
+  const CutProgress progress(surface, known ? &memory_ : nullptr, kContextEdges * edge_mm);
+  const auto remember = [&](const TetMesh& result, const std::vector<char>& left) {
+    progress.Remember(left, &memory_);
+    memory_.vertices = result.VertexCount();
+    memory_.tets = result.TetCount();
+    memory_.component_volume_mm3 = out.component_volume_mm3;
   };
-  auto refuse = [&](const char* reason) {
+  const auto refuse = [&](const char* reason, bool partial) {
     out.reason = reason;
-    report_components(mesh, true);
+    out.partial = partial;
+    report_components(pieces_before);
     return Unchanged(mesh, mesh.VertexCount(), mesh.TetCount());
   };
 
   // Where S is new, and the part of S around it.
   const Index triangles = static_cast<Index>(surface.triangles.rows());
-  std::vector<std::uint64_t> hashes(triangles);
-  std::vector<char> is_fresh(triangles);
-  for (Index t = 0; t < triangles; ++t) {
-    hashes[t] = HashOfTriangle(surface, t);
-    is_fresh[t] = !known || !std::binary_search(memory_.triangles.begin(), memory_.triangles.end(),
-                                                hashes[t]);
-  }
-  const CutSurface fresh = Part(surface, [&](Index t) { return is_fresh[t]; });
+  const CutSurface fresh = Part(surface, [&](Index t) { return progress.fresh[t]; });
   if (fresh.triangles.rows() == 0)
-    return refuse(triangles == 0 ? "the separation surface is empty"
-                                 : "the separation surface separates nothing new");
-  const double edge_mm = MeanEdge_mm(mesh);
+    return refuse(triangles == 0 ? "the separation surface is empty" : kNothingNew, false);
   CutBox region;
   for (Index i = 0; i < fresh.points.rows(); ++i) region.Add(fresh.points.row(i));
   CutBox context = region;
@@ -94,7 +92,7 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
       return sheet_of[t] == s && context.Meets(BoxOf(surface.points, surface.triangles.row(t)));
     });
     bool is_new = false;
-    for (Index t = 0; t < triangles; ++t) is_new |= sheet_of[t] == s && is_fresh[t];
+    for (Index t = 0; t < triangles; ++t) is_new |= sheet_of[t] == s && progress.fresh[t];
     sheets.emplace_back(part, is_new, mesh, region, kSlack * edge_mm);
     meets = meets || sheets.back().meets;
   }
@@ -106,31 +104,39 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
     work = std::move(both);
   }
   if (work.empty()) {
-    TopologyChange unchanged = refuse(!meets ? "the separation surface does not meet the organ"
-                                             : "the separation surface separates nothing new");
-    remember(mesh, std::move(hashes));
+    TopologyChange unchanged = refuse(
+        meets ? kNothingNew : "the separation surface does not meet the organ", progress.Waits());
+    remember(mesh, std::vector<char>(triangles, 0));
     return unchanged;
   }
   const ChosenTets chosen = WithRings(mesh, work, kRings);
   CutPatch before(mesh, positions, chosen.tets, chosen.inner);
-  const PatchAngles required = RequiredAngles(before, options_);
+  const double mean_mm3 =
+      std::accumulate(pieces_before.begin(), pieces_before.end(), 0.0) / mesh.TetCount();
+  out.crossed_tets = static_cast<Index>(work.size());
+  const CutDemands demands = DemandsOn(before, out.crossed_tets, mean_mm3, options_);
 
   std::optional<CutPatch> cut;  // what has become of it
   std::vector<OpenedFace> opened;
-  bool same_pieces = true, any_refused = false;
+  bool same_pieces = true;
   int cuts = 0;
+  const char* left = nullptr;  // why something is
   // What is left of old sheets comes last: it may open where a new one has opened more.
   for (bool new_ones : {true, false})
     for (CutSheet& sheet : sheets) {
       if (sheet.fresh != new_ones || sheet.work.empty()) continue;
       std::vector<int> core = (cut ? *cut : before).TetsOutOf(sheet.work);
-      for (int round = 0; round < kRounds && !core.empty(); ++round) {
+      std::vector<std::array<int, 2>> kept;
+      int chips = 0;
+      for (int round = 0; round < options_.rounds && !core.empty(); ++round) {
         CutPatch& patch = cut ? *cut : before;
         patch.MarkCore(core);
-        std::optional<CutAttempt> best = CutAlong(&sheet, before, &patch, options_, required);
-        any_refused = any_refused || sheet.refused;
-        if (round > 0) sheet.refused = false;  // the most of it is done
-        if (!best) break;
+        std::optional<CutAttempt> best = CutAlong(&sheet, before, &patch, options_, demands);
+        kept.insert(kept.end(), sheet.kept.begin(), sheet.kept.end());
+        if (!best) {
+          if (!sheet.refused) core.clear();  // S only touches it
+          break;
+        }
         ++cuts;
         cut = std::move(best->patch);
         opened = std::move(best->separation.faces);
@@ -139,25 +145,34 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
         out.duplicated_vertices += best->separation.duplicated_vertices;
         out.cut_area_mm2 += best->separation.area_mm2;
         out.smallest_dihedral_deg = best->angle_deg;
+        out.smallest_volume_share = best->smallest_mm3 / mean_mm3;
+        chips = best->separation.chips;
         core.clear();
         if (best->separation.stuck) core = TetsToWorkOn(sheet.index, *cut);
       }
+      out.chips += chips;
+      sheet.Leave(cut ? *cut : before, core, kept);
+      if (!sheet.left.empty() && left != kBadlyShaped)
+        left = sheet.refused ? kBadlyShaped : core.empty() ? kWouldTouchItself : kRoundsRanOut;
     }
-  const char* const badly_shaped = "no remeshing keeps the elements well shaped";
-  if (cuts == 0)
-    return refuse(any_refused ? badly_shaped : "the separation surface separates nothing new");
-  out.partial = any_refused;
-  if (any_refused) out.reason = badly_shaped;
+  if (cuts == 0) {
+    if (!left && known) progress.SettleTriedAgain(&memory_);
+    return refuse(left ? left : kNothingNew, left || progress.Waits());
+  }
+  out.partial = left || progress.Waits();
+  if (out.partial) out.reason = left ? left : kBadlyShaped;
 
   TopologyChange change = Assemble(mesh, before, *cut, cuts > 1 ? OpenedFaces(*cut) : opened);
   out.done = true;
   out.new_vertices = change.mesh.VertexCount() - mesh.VertexCount();
   out.new_tets = change.mesh.TetCount() - mesh.TetCount();
-  report_components(change.mesh, same_pieces);
-  std::vector<std::uint64_t> settled;
-  for (Index t = 0; t < triangles; ++t)
-    if (!sheets[sheet_of[t]].refused) settled.push_back(hashes[t]);
-  remember(change.mesh, std::move(settled));
+  report_components(same_pieces ? pieces_before : ComponentVolumes_mm3(change.mesh));
+  std::vector<char> is_left(triangles, 0);
+  for (Index t = 0; t < triangles; ++t) {
+    const CutBox box = BoxOf(surface.points, surface.triangles.row(t));
+    for (const CutBox& uncut : sheets[sheet_of[t]].left) is_left[t] |= uncut.Meets(box);
+  }
+  remember(change.mesh, is_left);
   return change;
 }
 

@@ -5,8 +5,10 @@
 #include <random>
 #include <sstream>
 
+#include "Cutting/CutRegion.h"
 #include "Cutting/DisjointSets.h"
 #include "Cutting/ExtrudePolyline.h"
+#include "Cutting/SurfaceIndex.h"
 #include "Cutting/TetCutter.h"
 #include "Support/Draws.h"
 #include "Support/TestMeshes.h"
@@ -192,6 +194,58 @@ std::string ProvenanceProblem(const TetMesh& old_mesh, const TopologyChange& cha
   return out.str();
 }
 
+/// Tetrahedra that S may have something to cut in.
+Index TetsThatMeet(const TetMesh& mesh, const CutSurface& surface) {
+  constexpr double kSlack = 1e-3;  // of the longest edge of a box
+  const SurfaceIndex index(surface);
+  Index count = 0;
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    CutBox box = BoxOf(mesh.rest, mesh.tets.row(t));
+    box.Grow(kSlack * (box.high - box.low).maxCoeff());
+    count += index.MeetsBox(box.low.transpose(), box.high.transpose());
+  }
+  return count;
+}
+
+/// Size and number of what an increment has made, against the mesh it cut and the first one.
+std::string GrowthProblem(const TetMesh& old_mesh, const TopologyChange& change,
+                          const CutSurface& surface, const CutReport& report,
+                          const MeshQuality& start, CutSequenceResult* result) {
+  std::ostringstream out;
+  const CutOptions promised;
+  const TetMesh& mesh = change.mesh;
+  const MeshQuality old = MeasureQuality(old_mesh, old_mesh.rest);
+  const double mean_mm3 = old.volume_mm3 / old_mesh.TetCount();
+  double smallest_mm3 = 1e300;
+  for (Index t : change.new_tets)
+    smallest_mm3 = std::min(smallest_mm3, TetVolume(mesh.rest, mesh.tets, t));
+  const double share = smallest_mm3 / mean_mm3;
+  result->smallest_volume_share = std::min(result->smallest_volume_share, share);
+  const double rounding = 1 - 1e-5, least = rounding * promised.min_volume_share;
+  if (share < std::min(least, rounding * old.smallest_tet_volume_mm3 / mean_mm3))
+    out << "a tetrahedron of " << share << " of the mean one; ";
+  const double mean_now_mm3 = mean_mm3 * old_mesh.TetCount() / mesh.TetCount();
+  if (MeasureQuality(mesh, mesh.rest).smallest_tet_volume_mm3 <
+      std::min(least * mean_now_mm3, rounding * start.smallest_tet_volume_mm3))
+    out << "smaller tetrahedra than promised after all increments; ";
+  if (std::abs(report.smallest_volume_share - share) > 1e-4 * share)
+    out << "the volume share is not as reported; ";
+  const Index vertices = mesh.VertexCount() - old_mesh.VertexCount();
+  const Index tets = mesh.TetCount() - old_mesh.TetCount();
+  if (report.new_vertices != vertices || report.new_tets != tets)
+    out << "growth is not as reported; ";
+  const double crossed = std::max<Index>(1, report.crossed_tets);
+  result->most_new_vertices = std::max(result->most_new_vertices, vertices / crossed);
+  result->most_new_tets = std::max(result->most_new_tets, tets / crossed);
+  if (vertices > promised.max_new_vertices * report.crossed_tets ||
+      tets > promised.max_new_tets * report.crossed_tets)
+    out << vertices << " vertices and " << tets << " tetrahedra for " << report.crossed_tets
+        << "; ";
+  if (report.crossed_tets > TetsThatMeet(old_mesh, surface))
+    out << "more crossed tetrahedra than meet S; ";
+  return out.str();
+}
+
 std::vector<int> PieceOfTets(const TetMesh& mesh) {
   DisjointSets joined(mesh.VertexCount());
   for (Index t = 0; t < mesh.TetCount(); ++t)
@@ -332,6 +386,8 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
       if (report.partial == report.reason.empty()) problem += "partial and reason disagree; ";
       Embedding mapped;
       problem += ProvenanceProblem(mesh, change, points, rest, &mapped);
+      problem += GrowthProblem(mesh, change, sequence.surfaces[i], report, start, &result);
+      result.chips += report.chips;
       points = mapped;
       if (current) positions = change.MapVertexField(positions);
       mesh = change.mesh;

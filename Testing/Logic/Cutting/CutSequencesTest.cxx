@@ -10,7 +10,7 @@ namespace {
 class CutSequences : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(CutSequences, KeepEveryGuarantee) {
-  int done = 0, refused = 0;
+  int done = 0, refused = 0, partial = 0, partial_joined = 0;
   for (unsigned seed = 25 * GetParam(); seed < 25 * (GetParam() + 1); ++seed) {
     const CutSequence sequence = MakeCutSequence(seed);
     const CutSequenceResult result = RunCutSequence(sequence);
@@ -18,9 +18,13 @@ TEST_P(CutSequences, KeepEveryGuarantee) {
     EXPECT_EQ(result.missed_separations, 0) << "seed " << seed << " (" << sequence.name << ")";
     done += result.done;
     refused += result.refused;
+    partial += result.partial;
+    partial_joined += result.partial_joined;
   }
   EXPECT_GT(done, 30);
   EXPECT_LT(refused, 0.05 * done);  // coarse meshes, tight bends
+  EXPECT_LE(partial, 0.05 * done);  // 0.7 % in a long run
+  EXPECT_EQ(partial_joined, 0);
 }
 
 /// The shrinker finds the one triangle in one increment that a made-up fault depends on.
@@ -67,16 +71,6 @@ TEST(CutSequencesKept, StayRepaired) {
     const CutSequenceResult result = RunCutSequence(sequence);
     EXPECT_EQ(result.failure, "") << "seed " << seed << " " << sequence.name;
     EXPECT_EQ(result.missed_separations, 0) << "seed " << seed << " " << sequence.name;
-  }
-}
-
-/// An increment of which a part was refused says so, and keeps every guarantee.
-TEST(CutSequencesKept, PartialIncrementsSaySo) {
-  for (unsigned seed : {103u, 322u, 1819u}) {
-    const CutSequence sequence = MakeCutSequence(seed);
-    const CutSequenceResult result = RunCutSequence(sequence);
-    EXPECT_EQ(result.failure, "") << "seed " << seed << " " << sequence.name;
-    EXPECT_GT(result.partial, 0) << "seed " << seed << " " << sequence.name;
   }
 }
 
