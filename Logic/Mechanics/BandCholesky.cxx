@@ -7,24 +7,24 @@ namespace kerf {
 
 using simd::F8;
 
-void BandCholesky::SetProfile(Index unknowns, std::vector<Index> first_block) {
-  unknowns_ = unknowns;
+void BandCholesky::SetProfile(std::vector<Index> first_block, Index room) {
   first_ = std::move(first_block);
-  const Index blocks = static_cast<Index>(first_.size());
-  offset_.assign(blocks + 1, 0);
-  std::vector<std::vector<Index>> below(blocks);
-  for (Index i = 0; i < blocks; ++i) {
-    offset_[i + 1] = offset_[i] + i - first_[i] + 1;
-    for (Index j = first_[i]; j < i; ++j) below[j].push_back(i);
+  offset_.assign(1, 0);
+  for (Index i = 0; i < Blocks(); ++i) offset_.push_back(offset_[i] + i - first_[i] + 1);
+  const std::size_t size = 8 * static_cast<std::size_t>(offset_.back() + room * (Blocks() + room));
+  for (std::vector<F8>* blocks : {&matrix_, &factor_, &transposed_}) {
+    blocks->clear();
+    blocks->reserve(size);
   }
-  below_begin_.assign(1, 0);
-  below_.clear();
-  for (const auto& rows : below) {
-    below_.insert(below_.end(), rows.begin(), rows.end());
-    below_begin_.push_back(static_cast<Index>(below_.size()));
+  matrix_.resize(8 * static_cast<std::size_t>(offset_.back()), F8{});
+}
+
+void BandCholesky::Append(Index block_rows, Index first_block) {
+  for (Index row = 0; row < block_rows; ++row) {
+    first_.push_back(first_block);
+    offset_.push_back(offset_.back() + Blocks() - first_block);
   }
-  matrix_.resize(8 * static_cast<std::size_t>(offset_[blocks]));
-  SetZero();
+  matrix_.resize(8 * static_cast<std::size_t>(offset_.back()), F8{});
 }
 
 void BandCholesky::AddBlock(Index row, Index column, const float block[9]) {
@@ -39,21 +39,22 @@ void BandCholesky::AddBlock(Index row, Index column, const float block[9]) {
   }
 }
 
-void BandCholesky::SetZero() { std::fill(matrix_.begin(), matrix_.end(), F8{}); }
-
-void BandCholesky::Factor() {
-  const Index blocks = static_cast<Index>(first_.size());
+float BandCholesky::Factor(Index from_block) {
+  const Index blocks = Blocks();
   constexpr float kLost = 1e-5f;  // of a unit diagonal: below this a pivot is rounding
-  scale_.assign(8 * static_cast<std::size_t>(blocks), 0.0f);
-  for (Index row = 0; row < unknowns_; ++row) {
+  float smallest = 1.0f;
+  scale_.resize(8 * static_cast<std::size_t>(blocks));
+  for (Index row = 8 * from_block; row < 8 * blocks; ++row) {
     const Index i = row / 8;
     const float diagonal = matrix_[8 * offset_[i] + row - 8 * first_[i]][row % 8];
-    if (diagonal > 0.0f) scale_[row] = 1.0f / std::sqrt(diagonal);
+    scale_[row] = diagonal > 0.0f ? 1.0f / std::sqrt(diagonal) : 0.0f;
   }
   factor_.resize(matrix_.size());
-  inverse_.assign(8 * static_cast<std::size_t>(blocks), F8{});
-  inverse_transposed_.assign(inverse_.size(), F8{});
-  for (Index i = 0; i < blocks; ++i) {
+  transposed_.resize(matrix_.size());
+  inverse_.resize(8 * static_cast<std::size_t>(blocks));
+  inverse_transposed_.resize(inverse_.size());
+  std::fill(inverse_.begin() + 8 * from_block, inverse_.end(), F8{});
+  for (Index i = from_block; i < blocks; ++i) {
     F8 row_scale;
     for (int r = 0; r < 8; ++r) row_scale[r] = scale_[8 * i + r];
     F8* row = factor_.data() + 8 * static_cast<std::size_t>(offset_[i]);  // column 0 = 8·first_[i]
@@ -76,12 +77,16 @@ void BandCholesky::Factor() {
           for (int k = 0; k <= c; ++k) x += sum[k] * inverse_[8 * j + k][c];
           target[c] = x;
         }
+        F8* transposed = transposed_.data() + (target - factor_.data());
+        for (int r = 0; r < 8; ++r)
+          for (int c = 0; c < 8; ++c) transposed[r][c] = target[c][r];
         continue;
       }
       // Dense Cholesky of the diagonal block; lost pivots drop their unknown.
       for (int c = 0; c < 8; ++c) {
         for (int k = 0; k < c; ++k) sum[c] -= sum[k] * sum[k][c];
         const float pivot = sum[c][c];
+        if (scale_[8 * i + c] > 0.0f) smallest = std::min(smallest, pivot > kLost ? pivot : 0.0f);
         if (pivot > kLost) {
           sum[c] /= std::sqrt(pivot);
           for (int r = 0; r < c; ++r) sum[c][r] = 0.0f;
@@ -104,18 +109,11 @@ void BandCholesky::Factor() {
         for (int r = 0; r < 8; ++r) inverse_transposed_[8 * i + r][c] = inverse[c][r];
     }
   }
-  transposed_.resize(8 * below_.size());
-  for (Index j = 0; j < blocks; ++j)
-    for (Index s = below_begin_[j]; s < below_begin_[j + 1]; ++s) {
-      const Index i = below_[s];
-      const F8* block = factor_.data() + 8 * static_cast<std::size_t>(offset_[i] + j - first_[i]);
-      for (int r = 0; r < 8; ++r)
-        for (int c = 0; c < 8; ++c) transposed_[8 * s + r][c] = block[c][r];
-    }
+  return smallest;
 }
 
 void BandCholesky::Solve(float* x) const {
-  const Index blocks = static_cast<Index>(first_.size());
+  const Index blocks = Blocks();
   auto load = [&](Index i) { return (F8)_mm256_loadu_ps(x + 8 * i); };
   auto store = [&](Index i, F8 value) { _mm256_storeu_ps(x + 8 * i, (__m256)value); };
   auto apply = [](const F8* columns, const float* values, F8 sum[4], int count) {
@@ -134,13 +132,16 @@ void BandCholesky::Solve(float* x) const {
     store(i, (result[0] + result[1]) + (result[2] + result[3]));
   }
   for (Index i = blocks; i-- > 0;) {
-    F8 sum[4] = {};
-    for (Index s = below_begin_[i]; s < below_begin_[i + 1]; ++s)
-      apply(transposed_.data() + 8 * static_cast<std::size_t>(s), x + 8 * below_[s], sum, 8);
-    _mm256_store_ps(rest, (__m256)(load(i) - ((sum[0] + sum[1]) + (sum[2] + sum[3]))));
+    _mm256_store_ps(rest, (__m256)load(i));
     F8 result[4] = {};
     apply(inverse_transposed_.data() + 8 * i, rest, result, 8);
     store(i, (result[0] + result[1]) + (result[2] + result[3]));
+    const F8* row = transposed_.data() + 8 * static_cast<std::size_t>(offset_[i]);
+    for (Index j = first_[i]; j < i; ++j, row += 8) {
+      F8 sum[4] = {};
+      apply(row, x + 8 * i, sum, 8);
+      store(j, load(j) - ((sum[0] + sum[1]) + (sum[2] + sum[3])));
+    }
   }
   for (Index i = 0; i < 8 * blocks; ++i) x[i] *= scale_[i];
 }

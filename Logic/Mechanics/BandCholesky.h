@@ -15,8 +15,12 @@ class BandCholesky {
  public:
   /// All zero. @param first_block for each block row of 8 unknowns the first block column that is
   /// not zero
-  void SetProfile(Index unknowns, std::vector<Index> first_block);
-  Index Unknowns() const { return unknowns_; }
+  /// @param room block rows that are likely to be appended
+  void SetProfile(std::vector<Index> first_block, Index room = 0);
+  /// Adds block rows at the end, zero but for what is added to them then; those before and their
+  /// factor stay. @param first_block of all of them
+  void Append(Index block_rows, Index first_block);
+  Index Blocks() const { return static_cast<Index>(first_.size()); }
   /// A(row, column) += value, column ≤ row + 7 − row mod 8 (lower triangle; within a diagonal block
   /// both halves).
   void Add(Index row, Index column, float value) {
@@ -26,21 +30,19 @@ class BandCholesky {
   /// Adds a 3×3 block (row by row) of a symmetric matrix at (row, column) and, on the other side of
   /// the diagonal, its transpose. On the diagonal the block is symmetric.
   void AddBlock(Index row, Index column, const float block[9]);
-  void SetZero();
-  void Factor();
-  /// x = A⁻¹ x, array of 8·⌈unknowns/8⌉ floats.
+  /// Factors the block rows from this one on; those before are factored.
+  /// @return their smallest pivot relative to the diagonal, 0 if one was dropped
+  float Factor(Index from_block = 0);
+  /// x = A⁻¹ x, array of 8·Blocks() floats.
   void Solve(float* x) const;
 
  private:
-  Index unknowns_ = 0;
-  std::vector<Index> first_, offset_;  ///< per block row: first block column; its start, in blocks
-  std::vector<simd::F8> matrix_;       ///< [column][row in block], lower triangle by block rows
-  std::vector<simd::F8> factor_;       ///< L likewise
-  std::vector<simd::F8> inverse_;      ///< L_II⁻¹, [column][row in block]
-  std::vector<simd::F8>
-      transposed_;  ///< Lᵀ by block rows: blocks below the diagonal, [row][column in block]
+  std::vector<Index> first_, offset_{0};  ///< per block row: first block column; start, in blocks
+  std::vector<simd::F8> matrix_;          ///< [column][row in block], lower triangle by block rows
+  std::vector<simd::F8> factor_;          ///< L likewise
+  std::vector<simd::F8> transposed_;      ///< its blocks likewise, [row][column in block]
+  std::vector<simd::F8> inverse_;         ///< L_II⁻¹, [column][row in block]
   std::vector<simd::F8> inverse_transposed_;
-  std::vector<Index> below_begin_, below_;  ///< block rows J > I with a block (J, I)
   std::vector<float> scale_;
 };
 

@@ -50,11 +50,12 @@ void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field
   node_of_function_.clear();
   functions_of_node_.assign(size_.prod(), {});
   parts_.assign(size_.prod(), {});
+  stale_.assign(size_.prod(), 1);
   links_.clear();
   for (const ElementField::Chunk& chunk : field.Chunks()) links_.push_back(LinkChunk(chunk));
-  bool altered = false;
-  Split(field, std::vector<char>(size_.prod(), 1), std::vector<char>(rest.size(), 0), &altered);
-  OrderFunctions();
+  parent_.clear();
+  std::vector<Index> changed;
+  Split(field, std::vector<char>(size_.prod(), 1), std::vector<char>(rest.size(), 0), &changed);
 }
 
 void CoarseSpace::SetRow(const Vec3& rest, Index inner) {
@@ -118,9 +119,24 @@ std::vector<std::uint16_t> CoarseSpace::LinkChunk(const ElementField::Chunk& chu
   return parent;
 }
 
-std::vector<Index> CoarseSpace::Split(const ElementField& field,
-                                      const std::vector<char>& flagged_nodes,
-                                      const std::vector<char>& is_old, bool* altered) {
+Index CoarseSpace::NewFunction(Index node, Index parent) {
+  Index function = 0;
+  while (function < FunctionCount() && node_of_function_[function] >= 0) ++function;
+  if (function == FunctionCount()) {
+    node_of_function_.push_back(-1);
+    parent_.push_back(-1);
+  }
+  node_of_function_[function] = node;
+  functions_of_node_[node].push_back(function);
+  parent_[function] = parent;
+  grown_.push_back(function);
+  return function;
+}
+
+CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
+                                       const std::vector<char>& flagged_nodes,
+                                       const std::vector<char>& is_old,
+                                       std::vector<Index>* changed) {
   // Row entries at flagged nodes, by the vertices that have some.
   struct Entry {
     Index node;
@@ -158,64 +174,71 @@ std::vector<Index> CoarseSpace::Split(const ElementField& field,
         parent[std::max(p, q)] = std::min(p, q);
       }
   }
-  // Crumbs (copies at the rim of a support) stay with the heaviest part: only a real split is worth
-  // a function.
   std::vector<float> weight(entries.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
-  std::vector<Index> heaviest(flagged_nodes.size(), -1);
+  std::vector<Index> origin(entries.size(), -1);  // what its old vertices had
+  bool nested = true;
   for (std::size_t n = 0; n < near.size(); ++n)
     for (Index e = entries_begin[n]; e < entries_begin[n + 1]; ++e) {
-      const float w = rows_[near[n]].weight[entries[e].k];
-      weight[FindRoot(&parent, e)] += w;
-      total[entries[e].node] += w;
+      const Index root = FindRoot(&parent, e), v = near[n];
+      weight[root] += rows_[v].weight[entries[e].k];
+      total[entries[e].node] += rows_[v].weight[entries[e].k];
+      if (!is_old[v]) continue;
+      if (origin[root] < 0) origin[root] = rows_[v].function[entries[e].k];
+      nested &= origin[root] == rows_[v].function[entries[e].k];
     }
+  // The heaviest part keeps the function that parts have in common, and so do crumbs (copies at the
+  // rim of a support): only a real split is worth a function.
+  std::vector<Index> heaviest(flagged_nodes.size(), -1), keeper(FunctionCount(), -1);
+  const auto take_heavier = [&](Index part, Index* most) {
+    if (*most < 0 || weight[part] > weight[*most]) *most = part;
+  };
   for (Index e = 0; e < static_cast<Index>(entries.size()); ++e) {
-    Index& most = heaviest[entries[e].node];
-    if (weight[e] > 0.0f && (most < 0 || weight[e] > weight[most])) most = e;
+    if (!(weight[e] > 0.0f)) continue;
+    take_heavier(e, &heaviest[entries[e].node]);
+    if (origin[e] >= 0) take_heavier(e, &keeper[origin[e]]);
   }
-  // Each part keeps the function of its first vertex where no other part has it.
-  std::vector<std::pair<Index, std::vector<Index>>> before;
-  for (std::size_t node = 0; node < flagged_nodes.size(); ++node)
-    if (flagged_nodes[node]) {
-      for (Index function : functions_of_node_[node]) node_of_function_[function] = -1;
-      before.emplace_back(static_cast<Index>(node), std::move(functions_of_node_[node]));
-      functions_of_node_[node].clear();
+  std::vector<Index> vanished;
+  for (std::size_t node = 0; node < flagged_nodes.size(); ++node) {
+    if (!flagged_nodes[node]) continue;
+    std::vector<Index>& functions = functions_of_node_[node];
+    for (Index function : functions)
+      if (keeper[function] < 0) vanished.push_back(function);
+    functions.erase(std::remove_if(functions.begin(), functions.end(),
+                                   [&](Index function) { return keeper[function] < 0; }),
+                    functions.end());
+  }
+  const std::size_t before = grown_.size();
+  std::vector<Index> function_of_root(entries.size(), -1);
+  for (Index e = 0; e < static_cast<Index>(entries.size()); ++e) {
+    if (!(weight[e] > 0.0f)) continue;
+    const bool is_crumb = weight[e] < kCrumb * total[entries[e].node];
+    if (origin[e] >= 0 && (is_crumb || keeper[origin[e]] == e)) {
+      function_of_root[e] = origin[e];
+    } else if (!is_crumb || heaviest[entries[e].node] == e) {
+      nested &= origin[e] >= 0;
+      function_of_root[e] = NewFunction(entries[e].node, origin[e]);
     }
-  std::vector<Index> function_of_root(entries.size(), -1), changed;
-  Index next_free = 0;
+  }
+  for (Index function : vanished) node_of_function_[function] = -1;
   for (std::size_t n = 0; n < near.size(); ++n) {
     const Index v = near[n];
-    if (field.Outer(v) < 0) continue;
     bool differs = false;
     for (Index e = entries_begin[n]; e < entries_begin[n + 1]; ++e) {
       const auto [node, k] = entries[e];
-      Index root = FindRoot(&parent, e);
-      if (weight[root] < kCrumb * total[node]) root = heaviest[node];
-      Index& function = function_of_root[root];
-      if (function < 0) {
-        const Index old = rows_[v].function[k];
-        if (is_old[v] && old < FunctionCount() && node_of_function_[old] < 0) {
-          function = old;
-        } else {
-          while (next_free < FunctionCount() && node_of_function_[next_free] >= 0) ++next_free;
-          if (next_free == FunctionCount()) node_of_function_.push_back(-1);
-          function = next_free;
-        }
-        node_of_function_[function] = node;
-        functions_of_node_[node].push_back(function);
-      }
+      Index function = function_of_root[FindRoot(&parent, e)];
+      if (function < 0) function = function_of_root[heaviest[node]];
       differs |= is_old[v] && rows_[v].function[k] != function;
       rows_[v].function[k] = static_cast<std::uint16_t>(function);
     }
-    if (differs) changed.push_back(v);
+    if (differs) changed->push_back(v);
   }
-  *altered = false;
-  for (const auto& [node, functions] : before) *altered |= functions_of_node_[node] != functions;
-  return changed;
+  if (grown_.size() == before && vanished.empty() && changed->empty()) return Change::kNone;
+  return nested && vanished.empty() ? Change::kGrown : Change::kOther;
 }
 
-bool CoarseSpace::Apply(const Workers& workers, const std::vector<Vec3>& rest,
-                        const ElementField& field, const ElementField::Patch& patch,
-                        std::vector<Index>* stale) {
+CoarseSpace::Change CoarseSpace::Apply(const Workers& workers, const std::vector<Vec3>& rest,
+                                       const ElementField& field,
+                                       const ElementField::Patch& patch) {
   rows_.resize(rest.size());
   node_.resize(4 * rest.size(), -1);
   cell_.resize(rest.size(), 0);
@@ -235,17 +258,19 @@ bool CoarseSpace::Apply(const Workers& workers, const std::vector<Vec3>& rest,
   workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
     links_[patch.chunks[which]] = LinkChunk(field.Chunks()[patch.chunks[which]]);
   });
-  bool altered = false;
-  const std::vector<Index> changed = Split(field, flagged, is_old, &altered);
-  stale->clear();
+  const bool is_extended = extended_ == grown_.size();
+  std::vector<Index> changed;
+  const Change change = Split(field, flagged, is_old, &changed);
   // With the same functions, a copy moves as its original does: the Galerkin matrix is what it was.
-  if (!altered && changed.empty()) return false;
-  OrderFunctions();
+  if (change == Change::kNone) return change;
   std::vector<char> is_changed(rest.size(), 0);
   for (Index v : changed) is_changed[v] = 1;
   for (Index v : patch.new_vertices) is_changed[v] = 1;
-  *stale = CellsAt(field, is_changed);
-  return true;
+  const std::vector<CellLanes> cells = LanesAt(field, is_changed, 4);
+  for (const CellLanes& cell : cells) stale_[cell.cell] = 1;
+  if (change == Change::kOther || !is_extended) return Change::kOther;
+  AssembleGrown(workers, field, cells);
+  return change;
 }
 
 void CoarseSpace::OrderFunctions() {
@@ -263,8 +288,11 @@ void CoarseSpace::OrderFunctions() {
   }
   std::sort(order.begin(), order.end());
   position_.assign(FunctionCount(), -1);
-  used_ = static_cast<Index>(order.size());
-  for (Index i = 0; i < used_; ++i) position_[order[i].second] = i;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    position_[order[i].second] = 3 * static_cast<Index>(i);
+  parent_.assign(FunctionCount(), -1);
+  grown_.clear();
+  extended_ = 0;
 }
 
 }  // namespace kerf

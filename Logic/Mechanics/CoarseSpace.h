@@ -24,15 +24,22 @@ class CoarseSpace {
 
   /// @param rest rest positions by inner vertex
   void Reset(const std::vector<Vec3>& rest, const ElementField& field);
-  /// Rows of new vertices; functions whose support fell apart are split. @return whether that
-  /// changed the functions; then `stale` has the cells whose Galerkin part is out of date
-  bool Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
-             const ElementField::Patch& patch, std::vector<Index>* stale);
-  /// Galerkin parts of these cells (all: `Cells()`) at the rotations of the last linearization.
-  void Assemble(const Workers& workers, const ElementField& field, const std::vector<Index>& cells);
-  Index Cells() const { return static_cast<Index>(parts_.size()); }
-  /// Sum of all parts, loads and vertex anchors, factored. @param anchor g/s² by inner vertex
-  void Factor(const FeatureLoads& loads, const std::vector<float>& anchor);
+  /// How the functions changed: not at all, by some that part of another one's support split off,
+  /// or in a way that the factor cannot follow.
+  enum class Change { kNone, kGrown, kOther };
+  /// Rows of new vertices; functions whose support fell apart are split.
+  Change Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
+               const ElementField::Patch& patch);
+  /// PᵀKP, loads and vertex anchors, factored. K is taken at rest: the frame follows the organ's
+  /// rigid motion, and what was assembled at different times goes together.
+  /// @param anchor g/s² by inner vertex
+  void Factor(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
+              const std::vector<float>& anchor);
+  /// Adds the functions that were split off since to the factor as it is. @return false if they
+  /// don't fit: factor anew
+  bool Extend(const FeatureLoads& loads, const std::vector<float>& anchor);
+  /// So much was added that it is worth factoring anew in a call that has no cut to follow.
+  bool IsLong() const;
 
   /// Functions, unused ones included: the size of the arrays below.
   Index FunctionCount() const { return static_cast<Index>(node_of_function_.size()); }
@@ -54,17 +61,39 @@ class CoarseSpace {
   /// For each row entry (4 per vertex of the chunk) one that it is connected with at its node, the
   /// same for all that are, by tetrahedra of the chunk.
   std::vector<std::uint16_t> LinkChunk(const ElementField::Chunk& chunk) const;
-  /// Splits the flagged nodes by connectivity. @param is_old by inner vertex: its row is in use.
-  /// @return those of them whose row changed; `altered`: a node has other functions than before
-  std::vector<Index> Split(const ElementField& field, const std::vector<char>& flagged_nodes,
-                           const std::vector<char>& is_old, bool* altered);
+  /// Splits the flagged nodes by connectivity. @param is_old by inner vertex: its row is in use;
+  /// @param changed those of them whose row changed
+  Change Split(const ElementField& field, const std::vector<char>& flagged_nodes,
+               const std::vector<char>& is_old, std::vector<Index>* changed);
+  Index NewFunction(Index node, Index parent);
   void OrderFunctions();
-  /// Cells of the tetrahedra with a corner where `vertices` (by inner vertex) is set. A tetrahedron
-  /// belongs to the cell of its first corner.
-  std::vector<Index> CellsAt(const ElementField& field, const std::vector<char>& vertices) const;
-  /// @param lanes chunk and lane of each tetrahedron
-  void AssembleCell(const ElementField& field, const std::vector<std::pair<Index, Index>>& lanes,
-                    Part* part) const;
+  /// What loads make of the coarse functions: weight by function.
+  struct LoadRow {
+    int count = 0;
+    Index function[16];
+    float weight[16];
+    /// Of two of them, row by row.
+    void Block(const FeatureLoads::Load& load, int s, int t, float block[9]) const;
+  };
+  std::vector<LoadRow> LoadRows(const FeatureLoads& loads) const;
+  std::vector<float> LumpedAnchors(const std::vector<float>& anchor) const;
+  using Lanes = std::vector<std::pair<Index, Index>>;  ///< chunk and lane of tetrahedra
+  struct CellLanes {
+    Index cell;
+    Lanes lanes;
+  };
+  /// Tetrahedra with one of their first `corners` corners where `vertices` (by inner vertex) is
+  /// set, by cells. A tetrahedron belongs to the cell of its first corner.
+  std::vector<CellLanes> LanesAt(const ElementField& field, const std::vector<char>& vertices,
+                                 int corners) const;
+  void AssembleStale(const Workers& workers, const ElementField& field);
+  /// What functions new since the factor was made have in common with others. @param cells all
+  /// tetrahedra that they reach
+  void AssembleGrown(const Workers& workers, const ElementField& field,
+                     const std::vector<CellLanes>& cells);
+  /// Pairs with a wanted function.
+  Part AssembleCell(const ElementField& field, const Lanes& lanes,
+                    const std::vector<char>& wanted) const;
 
   double cell_mm_ = 1.0;
   Vec3 origin_ = Vec3::Zero();
@@ -74,10 +103,17 @@ class CoarseSpace {
   std::vector<Index> node_;  ///< lattice node of each row entry, 4 per inner vertex, −1 = none
   std::vector<Index> node_of_function_;  ///< −1 = unused
   std::vector<std::vector<Index>> functions_of_node_;
-  std::vector<Index> position_;  ///< of each function in the factor
-  Index used_ = 0;
+  std::vector<Index> position_;  ///< first of three unknowns of each function in the factor
+  /// Functions split off since the factor was made and those that they were part of then (−1: all
+  /// others). In the factor such a parent still stands for its whole support, the others follow at
+  /// its end: what is factored of the parents stays right.
+  std::vector<Index> parent_;
+  std::vector<Index> grown_;                       ///< the split off, in this order
+  std::size_t extended_ = 0;                       ///< of them in the factor
   std::vector<std::vector<std::uint16_t>> links_;  ///< by chunk
   std::vector<Part> parts_;                        ///< by cell
+  std::vector<char> stale_;                        ///< by cell: its part is out of date
+  std::vector<Part> grown_parts_;                  ///< see AssembleGrown
   BandCholesky factor_;
   mutable std::vector<float> work_;
 };

@@ -145,6 +145,12 @@ double FeatureLoads::FitRigid(const std::vector<double>& x, Eigen::Isometry3d* w
   return Evaluate(*world_from_inner, x);
 }
 
+double FeatureLoads::EnergyAt(double distance_mm) const {
+  double stiffness = 0.0;
+  for (const Load& load : loads_) stiffness += load.stiffness;
+  return 0.5 * stiffness * distance_mm * distance_mm;
+}
+
 double FeatureLoads::Multiply(const simd::F4* p) {
   double curvature = 0.0;
   for (std::size_t l = 0; l < loads_.size(); ++l) {

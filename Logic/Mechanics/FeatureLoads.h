@@ -35,6 +35,9 @@ class FeatureLoads {
   /// the rigid part of Eq. (5). Evaluates at the result. @return energy, nJ
   double FitRigid(const std::vector<double>& x, Eigen::Isometry3d* world_from_inner);
 
+  /// What the loads hold that are drawn out by this much, nJ.
+  double EnergyAt(double distance_mm) const;
+
   const std::vector<Load>& Loads() const { return loads_; }
   const Eigen::VectorXd& SpringWeights() const { return spring_weights_; }
   /// Adds the loads' part of the gradient / of H p to vertex sums of [begin, end). `values`: one

@@ -12,7 +12,7 @@ constexpr int kMaxCgIterations = 80;
 constexpr int kMaxHalvings = 10;
 constexpr double kVertexToleranceMm = 0.05;
 /// The iteration sees the lower end of the spectrum from above.
-constexpr double kGapSafety = 1.5, kErrorSafety = 1.0;
+constexpr double kErrorSafety = 1.0;
 /// Part of the tolerance that a linear solve may leave. The vertices need more of it the lower the
 /// spectrum reaches, by the root of that: their tolerance, not the energy's, is the narrow one.
 constexpr double kLinearPart = 0.07, kEnergyPart = 0.4, kFineError = 0.2;
@@ -95,6 +95,7 @@ void KerfSolver::Synchronize(const Points& positions) {
   x32_.resize(n);
   residual_.resize(n);
   smooth_.resize(n);
+  solved_residual_.resize(n);
   direction_.resize(n);
   step_.resize(n);
   const bool same = last_positions_.rows() == positions.rows() && last_positions_ == positions;
@@ -208,7 +209,9 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
   double anchors_nJ = options.inertia ? AnchorEnergy() : 0.0;
 
   const int limit = options.max_newton_steps > 0 ? options.max_newton_steps : kMaxNewtonSteps;
+  LinearSolve solve;
   for (;; ++report->steps) {
+    std::swap(residual_, solved_residual_);
     double start = Residual(&report->gradient_norm);
     // Before the first step it is the targets that moved, and everything is off.
     const int most_patches = report->steps > 0 ? kMaxPatchSolves : 0;
@@ -223,11 +226,17 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
     const double anchor_curvature = Direct(0.0f, 0, &farthest);
     // ½ gᵀH⁻¹g, the energy still to gain, is at most ½ gᵀM⁻¹g over the lower end of the spectrum of
     // M⁻¹H.
-    const double gap = kGapSafety * 0.5 * start / lowest_ratio_;
+    double gap = kGapSafety * 0.5 * start / lowest_ratio_;
+    // Close to rest the energy is next to nothing. A further step is not worth it for less than
+    // what matters beside springs drawn out by the tolerance of vertices.
+    double allowed = options.tolerance * energy;
+    if (report->steps > 0) {
+      allowed += options.tolerance * loads_.EnergyAt(kVertexToleranceMm);
+      if (gap > allowed) gap = GapAfter(solve, start);
+    }
     // Likewise for the vertices, whose error M⁻¹r understates by about the root of that.
     const double error_mm = farthest / (kErrorSafety * std::sqrt(lowest_ratio_));
-    report->converged = (gap <= options.tolerance * energy && error_mm <= kVertexToleranceMm) ||
-                        farthest <= kStillMm;
+    report->converged = (gap <= allowed && error_mm <= kVertexToleranceMm) || farthest <= kStillMm;
     const int left = options.most_iterations > 0 ? options.most_iterations - report->cg_iterations
                                                  : kMaxCgIterations;
     if (report->converged || report->steps >= limit || left <= 0) break;
@@ -236,8 +245,8 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
                             ? kEnergyPart * lowest_ratio_
                             : kLinearPart * std::sqrt(lowest_ratio_);
     const double enough = std::min(part * options.tolerance * energy, kLeastReduction * start);
-    const LinearSolve solve =
-        SolveLinear(start, enough, anchor_curvature, std::min(left, kMaxCgIterations));
+    solve = SolveLinear(start, anchor_curvature,
+                        {energy, enough, options.tolerance, std::min(left, kMaxCgIterations)});
     report->cg_iterations += solve.iterations;
     // The quadratic model loses about ½ rᵀM⁻¹r; a step must keep a part of that.
     const double margin = 1e-5 * energy;  // rounding of the single-precision energy

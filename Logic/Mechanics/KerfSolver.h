@@ -25,10 +25,12 @@ class KerfSolver final : public ElasticSolver {
   struct LinearSolve {
     int iterations = 0;
     double start_nJ = 0.0, end_nJ = 0.0;
-    double farthest_mm = 0.0;  ///< largest vertex motion of M⁻¹r at its start
+    double gap_nJ = 0.0;  ///< bound of what its quadratic model has still to gain
   };
 
   static constexpr Index kVertexChunk = 1024;
+  /// The iteration sees the lower end of the spectrum from above.
+  static constexpr double kGapSafety = 1.5;
 
   Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
   void SetRest();
@@ -45,9 +47,19 @@ class KerfSolver final : public ElasticSolver {
   /// direction_ = M⁻¹ residual_ + beta direction_; `iteration` of the linear solve. @return Σ
   /// anchor |p|²; farthest motion of M⁻¹r
   double Direct(float beta, int iteration, double* farthest_mm);
+  /// What a linear solve is to reach.
+  struct LinearGoal {
+    double energy_nJ = 0.0;  ///< at its start
+    double enough_nJ = 0.0;  ///< rᵀM⁻¹r
+    double tolerance = 0.0;  ///< of the energy gap, relative
+    int most_iterations = 0;
+  };
   /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are
-  /// done. @param most iterations
-  LinearSolve SolveLinear(double start_nJ, double enough_nJ, double anchor_curvature, int most);
+  /// done.
+  LinearSolve SolveLinear(double start_nJ, double anchor_curvature, const LinearGoal& goal);
+  /// Bound of the energy still to gain after a linear solve, from what differs between its last
+  /// residual and the present one, whose M⁻¹r is direction_. @param start_nJ rᵀM⁻¹r
+  double GapAfter(const LinearSolve& solve, double start_nJ) const;
   void MoveBy(double length);
   /// Where a few vertices alone are out of balance, theirs is solved for first. @return whether
   /// anything moved
@@ -72,7 +84,7 @@ class KerfSolver final : public ElasticSolver {
   std::vector<double> x_;          ///< inner positions, 3 per inner vertex
   std::vector<double> anchor_at_;  ///< likewise
   std::vector<float> anchor_;      ///< g/s² by inner vertex
-  std::vector<simd::F4> x32_, residual_, smooth_, direction_, step_;
+  std::vector<simd::F4> x32_, residual_, solved_residual_, smooth_, direction_, step_;
   std::vector<std::vector<simd::F4>> coarse_parts_;
   std::vector<simd::F4> coarse_residual_, coarse_;
   Points last_positions_;  ///< what the last call returned

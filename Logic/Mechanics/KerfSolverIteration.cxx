@@ -17,8 +17,54 @@ constexpr Index kMostOff = 40;
 constexpr int kPatchRings = 2;
 /// Relative reduction of the energy norm of the residual per linear solve.
 constexpr double kCgReduction = 0.003;
+/// Part of the energy's tolerance that a linear solve may leave, by the bound of its iteration.
+constexpr double kGapPart = 0.25;
+
+/// The tridiagonal matrix of an iteration: it has the ends of the spectrum of M⁻¹H as its own.
+void Tridiagonal(const std::vector<double>& alphas, const std::vector<double>& betas,
+                 Eigen::VectorXd* diagonal, Eigen::VectorXd* off) {
+  const Index m = static_cast<Index>(alphas.size());
+  diagonal->resize(m);
+  off->resize(m - 1);
+  for (Index k = 0; k < m; ++k) {
+    (*diagonal)[k] = 1.0 / alphas[k] + (k > 0 ? betas[k - 1] / alphas[k - 1] : 0.0);
+    if (k + 1 < m) (*off)[k] = -std::sqrt(betas[k]) / alphas[k];
+  }
+}
+
+/// Iterations that the spectrum is not told from.
+constexpr Index kShortest = 3;
+/// Below this the spectrum's lower end is not believed.
+constexpr double kLeastRatio = 0.02;
+
+/// Bound of eᵀHe of an iteration's error over its rᵀM⁻¹r (Gauss-Radau quadrature of its spectrum,
+/// the lower end prescribed): far below 1 / lowest where little of the residual is soft.
+double ErrorFactor(const std::vector<double>& alphas, const std::vector<double>& betas,
+                   double lowest) {
+  double factor = 1.0 / lowest;
+  for (std::size_t k = 0; k < alphas.size(); ++k) {
+    const double left = factor - alphas[k];
+    if (!(left > 0.0)) return 1.0 / lowest;
+    factor = left / (lowest * left + betas[k]);
+  }
+  return factor;
+}
 
 }  // namespace
+
+double KerfSolver::GapAfter(const LinearSolve& solve, double start_nJ) const {
+  const double overlap =
+      workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+        double sum = 0.0;
+        for (Index v = begin; v < end; ++v)
+          sum += static_cast<double>(
+              simd::Dot3(simd::Load(solved_residual_[v]), simd::Load(direction_[v])));
+        return sum;
+      });
+  const double other = std::max(0.0, start_nJ - 2.0 * overlap + solve.end_nJ);
+  const double root = std::sqrt(solve.gap_nJ) + std::sqrt(kGapSafety * 0.5 * other / lowest_ratio_);
+  return std::min(root * root, kGapSafety * 0.5 * start_nJ / lowest_ratio_);
+}
 
 double KerfSolver::Residual(double* largest_uN) {
   std::vector<float> largest(VertexChunks(), 0.0f);
@@ -121,16 +167,35 @@ double KerfSolver::Direct(float beta, int iteration, double* farthest_mm) {
   return curvature;
 }
 
-KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_nJ,
-                                                double anchor_curvature, int most) {
+KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_curvature,
+                                                const LinearGoal& goal) {
   LinearSolve solve;
   solve.start_nJ = solve.end_nJ = start_nJ;
   std::fill(step_.begin(), step_.end(), F4{});
   const Index chunks = static_cast<Index>(field_.Chunks().size());
-  const double target = std::max(kCgReduction * kCgReduction * start_nJ, enough_nJ);
   std::vector<double> alphas, betas, products;
   double rz = start_nJ, farthest = 0.0;
-  while (solve.iterations < most && rz > target) {
+  Eigen::VectorXd diagonal, off;
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum;
+  // What the step gains, as its model has it, lowers the energy that the gap is relative to.
+  double gained = 0.0;
+  const double target = std::max(kCgReduction * kCgReduction * start_nJ, goal.enough_nJ);
+  const auto measure = [&](int what) {
+    double lowest = lowest_ratio_;
+    if (static_cast<Index>(alphas.size()) >= kShortest) {
+      Tridiagonal(alphas, betas, &diagonal, &off);
+      spectrum.computeFromTridiagonal(diagonal, off, what);
+      lowest = std::clamp(spectrum.eigenvalues()[0], kLeastRatio, 1.0);
+    }
+    solve.gap_nJ = 0.5 * rz * ErrorFactor(alphas, betas, lowest / kGapSafety);
+    return lowest;
+  };
+  const auto enough = [&] {
+    if (rz > target) return false;
+    measure(Eigen::EigenvaluesOnly);
+    return solve.gap_nJ <= kGapPart * goal.tolerance * (goal.energy_nJ - gained);
+  };
+  while (solve.iterations < goal.most_iterations && rz > 0.0) {
     // Chunk `chunks` stands for the springs.
     const double curvature =
         anchor_curvature + workers_.SumChunks(chunks + 1, 1, [&](Index c, Index) {
@@ -160,28 +225,17 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double enough_n
     alphas.push_back(alpha);
     products.push_back(rz);
     betas.push_back(beta);
+    gained += 0.5 * alpha * rz;
     rz = next;
     ++solve.iterations;
-    if (!(rz > target)) break;
+    if (enough()) break;
     anchor_curvature = Direct(static_cast<float>(beta), solve.iterations, &farthest);
   }
   solve.end_nJ = rz;
-  // The tridiagonal matrix of the iteration has the ends of the spectrum of M⁻¹H as its own.
-  const Index m = static_cast<Index>(alphas.size());
-  if (m >= 3) {
-    Eigen::VectorXd diagonal(m), off(m - 1);
-    for (Index k = 0; k < m; ++k) {
-      diagonal[k] = 1.0 / alphas[k] + (k > 0 ? betas[k - 1] / alphas[k - 1] : 0.0);
-      if (k + 1 < m) off[k] = std::sqrt(betas[k]) / alphas[k];
-    }
-    Eigen::MatrixXd T = diagonal.asDiagonal();
-    for (Index k = 0; k + 1 < m; ++k) T(k, k + 1) = T(k + 1, k) = -off[k];
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
-    if (was_cut_)
-      modes_.Learn(workers_, field_.VertexCount(), eigen.eigenvalues(), eigen.eigenvectors(),
-                   products);
-    lowest_ratio_ = std::clamp(eigen.eigenvalues()[0], 0.02, 1.0);
-  }
+  lowest_ratio_ = measure(was_cut_ ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
+  if (was_cut_ && static_cast<Index>(alphas.size()) >= kShortest)
+    modes_.Learn(workers_, field_.VertexCount(), spectrum.eigenvalues(), spectrum.eigenvectors(),
+                 products);
   return solve;
 }
 

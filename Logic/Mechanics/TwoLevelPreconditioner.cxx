@@ -15,24 +15,25 @@ void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec
   coarse_.Reset(rest, field);
   factored_anchor_.assign(field.VertexCount(), 0.0f);
   factored_ = factored_anchor_;
+  origin_.resize(field.VertexCount());
+  std::iota(origin_.begin(), origin_.end(), 0);
   diagonal_.assign(field.Chunks().size(), {});
-  std::vector<Index> chunks(field.Chunks().size()), cells(coarse_.Cells());
+  std::vector<Index> chunks(field.Chunks().size());
   std::iota(chunks.begin(), chunks.end(), 0);
-  std::iota(cells.begin(), cells.end(), 0);
-  coarse_.Assemble(workers, field, cells);
-  coarse_stale_ = true;
+  coarse_change_ = CoarseSpace::Change::kOther;
   RefreshDiagonal(workers, field, chunks);
 }
 
 void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec3>& rest,
                                    const ElementField& field, const ElementField::Patch& patch) {
-  std::vector<Index> stale;
-  if (coarse_.Apply(workers, rest, field, patch, &stale)) {
-    coarse_.Assemble(workers, field, stale);
-    coarse_stale_ = true;
-  }
+  was_cut_ = true;
+  coarse_change_ = std::max(coarse_change_, coarse_.Apply(workers, rest, field, patch));
   factored_anchor_.resize(field.VertexCount(), 0.0f);
   factored_.resize(field.VertexCount(), 0.0f);
+  std::vector<Index> origin;
+  for (const std::array<Index, 4>& parents : patch.parents) origin.push_back(origin_[parents[0]]);
+  origin_.resize(field.VertexCount());
+  for (std::size_t i = 0; i < origin.size(); ++i) origin_[patch.new_vertices[i]] = origin[i];
   RefreshDiagonal(workers, field, patch.chunks);
 }
 
@@ -63,21 +64,25 @@ void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const Eleme
 
 void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& field,
                                     const FeatureLoads& loads, const std::vector<float>& anchor) {
-  // Compared by vertex: loads come and go (an outline's do in every frame) where others were.
-  std::vector<float> held = anchor;
+  // Compared by vertex: loads come and go (an outline's do in every frame) where others were. What
+  // went over to a copy of a vertex is no change.
+  std::vector<float> held(anchor.size(), 0.0f);
+  for (std::size_t v = 0; v < anchor.size(); ++v) held[origin_[v]] += anchor[v];
   loads.ForVertices(0, field.VertexCount(), [&](Index v, Index l, float w) {
-    held[v] += w * static_cast<float>(loads.Loads()[l].stiffness);
+    held[origin_[v]] += w * static_cast<float>(loads.Loads()[l].stiffness);
   });
   double change = 0.0, sum = 0.0;
   for (std::size_t v = 0; v < factored_.size(); ++v) {
     change += std::abs(factored_[v] - held[v]);
     sum += factored_[v];
   }
-  const bool same = !coarse_stale_ && change <= kLoadChange * sum;
+  bool same = coarse_change_ != CoarseSpace::Change::kOther && change <= kLoadChange * sum &&
+              (was_cut_ || !coarse_.IsLong());
+  if (same && coarse_change_ == CoarseSpace::Change::kGrown) same = coarse_.Extend(loads, anchor);
   if (!same) {
     factored_anchor_ = anchor;
     factored_ = std::move(held);
-    coarse_.Factor(loads, anchor);
+    coarse_.Factor(workers, field, loads, anchor);
   }
   if (!same || !diagonal_stale_.empty()) {
     // Only vertices of these chunks have another diagonal, unless all loads count anew.
@@ -86,7 +91,8 @@ void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& 
       for (Index v : field.Chunks()[c].vertices) stale[v] = 1;
     InvertDiagonal(workers, field, loads, stale);
   }
-  coarse_stale_ = false;
+  coarse_change_ = CoarseSpace::Change::kNone;
+  was_cut_ = false;
   diagonal_stale_.clear();
 }
 

@@ -59,9 +59,11 @@ class TwoLevelPreconditioner {
   std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
   std::vector<Inverse> inverse_;
   std::vector<float> factored_anchor_;  ///< by inner vertex
-  std::vector<float> factored_;         ///< likewise, with the loads' stiffness
-  std::vector<Index> diagonal_stale_;   ///< chunks
-  bool coarse_stale_ = true;
+  std::vector<float> factored_;  ///< likewise, with the loads' stiffness, copies' at their origin
+  std::vector<Index> origin_;    ///< by inner vertex: what it is a copy of, since the reset
+  std::vector<Index> diagonal_stale_;                                ///< chunks
+  bool was_cut_ = false;                                             ///< since the last update
+  CoarseSpace::Change coarse_change_ = CoarseSpace::Change::kOther;  ///< since it was factored
 };
 
 }  // namespace kerf

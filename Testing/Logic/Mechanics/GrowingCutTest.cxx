@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <random>
 #include <set>
 
 #include "Mechanics/ExactSolver.h"
@@ -15,6 +15,21 @@ namespace {
 using testing::Kidney;
 using testing::LargestDistance;
 using testing::SoftTissue;
+
+/// Vertices between the sides of x = 3, by y.
+std::vector<std::pair<double, Index>> Seam(const TetMesh& mesh) {
+  std::vector<std::pair<double, Index>> seam;
+  std::vector<char> sides(mesh.VertexCount(), 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    double x = 0.0;
+    for (Index v : mesh.tets.row(t)) x += 0.25 * mesh.rest(v, 0);
+    for (Index v : mesh.tets.row(t)) sides[v] |= x > 3.0 ? 2 : 1;
+  }
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    if (sides[v] == 3) seam.emplace_back(mesh.rest(v, 1), v);
+  std::sort(seam.begin(), seam.end());
+  return seam;
+}
 
 /// A field that is linearized at a bent shape.
 class Fields : public ::testing::Test {
@@ -152,18 +167,70 @@ TEST_F(Fields, AModeCorrectsItsOwnMotionAlone) {
   EXPECT_EQ(modes.Correct(1), 0.0);
 }
 
+TEST(GrowingCut, TheCoarseFactorThatGrewIsThatOfAllFunctionsFactoredAnew) {
+  TetMesh mesh = Kidney(6);
+  const std::vector<std::pair<double, Index>> seam = Seam(mesh);
+  Springs springs = testing::SurfaceSprings(mesh, 225, 1e4);
+  const Workers workers;
+  ElementField field;
+  field.Reset(mesh, SoftTissue());
+  const auto rest = [&] {
+    std::vector<Vec3> out(field.VertexCount(), Vec3::Zero());
+    for (Index v = 0; v < mesh.VertexCount(); ++v)
+      out[field.Inner(v)] = mesh.rest.row(v).transpose();
+    return out;
+  };
+  FeatureLoads loads;
+  const auto load = [&] {
+    loads.Set(springs, {}, mesh, field, true);
+    std::vector<double> x(3 * static_cast<std::size_t>(field.VertexCount()), 0.0);
+    loads.Evaluate(Eigen::Isometry3d::Identity(), x);
+    return std::vector<float>(field.VertexCount(), 1.0f);
+  };
+  CoarseSpace space;
+  space.Reset(rest(), field);
+  std::vector<float> anchor = load();
+  space.Factor(workers, field, loads, anchor);
+  const Index before = space.FunctionCount();
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  int grown = 0;
+  for (int frame = 0; frame < 20; ++frame) {
+    std::vector<Index> front;
+    for (int i = 5 * frame; i < 5 * frame + 5; ++i) front.push_back(seam[i].second);
+    const TopologyChange change = testing::OpenPlane(mesh, front, Vec3::UnitX(), 3.0);
+    springs.at = change.MapEmbedding(springs.at, mesh);
+    mesh = change.mesh;
+    const ElementField::Patch patch = field.Apply(workers, mesh, SoftTissue(), change);
+    const CoarseSpace::Change how = space.Apply(workers, rest(), field, patch);
+    ASSERT_NE(how, CoarseSpace::Change::kOther) << frame;
+    if (how == CoarseSpace::Change::kNone) continue;
+    ++grown;
+    anchor = load();
+    ASSERT_TRUE(space.Extend(loads, anchor)) << frame;
+    CoarseSpace anew = space;
+    anew.Factor(workers, field, loads, anchor);
+    std::vector<simd::F4> c(space.FunctionCount());
+    for (simd::F4& value : c) value = {normal(random), normal(random), normal(random), 0.0f};
+    std::vector<simd::F4> expected = c;
+    space.Solve(c.data());
+    anew.Solve(expected.data());
+    float largest = 0.0f, difference = 0.0f;
+    for (std::size_t f = 0; f < c.size(); ++f) {
+      const __m128 d = _mm_sub_ps(simd::Load(c[f]), simd::Load(expected[f]));
+      largest = std::max(largest, simd::Dot3(simd::Load(expected[f]), simd::Load(expected[f])));
+      difference = std::max(difference, simd::Dot3(d, d));
+    }
+    // The anchors of copies came since.
+    EXPECT_LT(std::sqrt(difference / largest), 0.01f) << frame;
+  }
+  EXPECT_GT(grown, 4);
+  EXPECT_GT(space.FunctionCount(), before + 8);
+}
+
 TEST(GrowingCut, TakesOneStepOfTheWholeMeshAFrameAndStaysWithinTolerance) {
   TetMesh mesh = Kidney(6);
-  std::vector<std::pair<double, Index>> seam;  // between the sides of x = 3, along y
-  std::vector<char> sides(mesh.VertexCount(), 0);
-  for (Index t = 0; t < mesh.TetCount(); ++t) {
-    double x = 0.0;
-    for (Index v : mesh.tets.row(t)) x += 0.25 * mesh.rest(v, 0);
-    for (Index v : mesh.tets.row(t)) sides[v] |= x > 3.0 ? 2 : 1;
-  }
-  for (Index v = 0; v < mesh.VertexCount(); ++v)
-    if (sides[v] == 3) seam.emplace_back(mesh.rest(v, 1), v);
-  std::sort(seam.begin(), seam.end());
+  const std::vector<std::pair<double, Index>> seam = Seam(mesh);
   Springs springs = testing::SurfaceSprings(mesh, 225, 1e4);
   auto solver = MakeKerfSolver();
   auto exact = MakeExactSolver();

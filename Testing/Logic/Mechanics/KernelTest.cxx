@@ -107,19 +107,29 @@ TEST(BandCholesky, SolvesAndDropsWhatIsSingular) {
       std::vector<Index> first((n + 7) / 8);
       for (int b = 0; b < static_cast<int>(first.size()); ++b)
         first[b] = std::max(0, 8 * b - band) / 8;
-      BandCholesky factor;
-      factor.SetProfile(n, first);
-      for (int i = 0; i < n; ++i)
-        for (int j = std::max(0, i - band); j <= i; ++j)
-          factor.Add(i, j, static_cast<float>(A(i, j)));
-      factor.Factor();
-      Eigen::VectorXd x = Eigen::VectorXd::Random(n);
-      if (dropped >= 0) x[dropped] = 0.0;
-      const Eigen::VectorXd b = A * x;
-      std::vector<float> solution(8 * first.size(), 0.0f);
-      for (int i = 0; i < n; ++i) solution[i] = static_cast<float>(b[i]);
-      factor.Solve(solution.data());
-      for (int i = 0; i < n; ++i) EXPECT_NEAR(solution[i], x[i], 2e-3) << n << ' ' << i;
+      const int blocks = static_cast<int>(first.size());
+      // At once, or the last rows after the others are factored.
+      for (int appended : {0, blocks / 3}) {
+        BandCholesky factor;
+        factor.SetProfile({first.begin(), first.end() - appended});
+        for (int block = 0; block < blocks; ++block) {
+          if (block == blocks - appended) {
+            EXPECT_GE(factor.Factor(), 0.0f);
+            factor.Append(appended, first[block]);
+          }
+          for (int i = 8 * block; i < std::min(n, 8 * block + 8); ++i)
+            for (int j = std::max(0, i - band); j <= i; ++j)
+              factor.Add(i, j, static_cast<float>(A(i, j)));
+        }
+        factor.Factor(appended > 0 ? blocks - appended : 0);
+        Eigen::VectorXd x = Eigen::VectorXd::Random(n);
+        if (dropped >= 0) x[dropped] = 0.0;
+        const Eigen::VectorXd b = A * x;
+        std::vector<float> solution(8 * first.size(), 0.0f);
+        for (int i = 0; i < n; ++i) solution[i] = static_cast<float>(b[i]);
+        factor.Solve(solution.data());
+        for (int i = 0; i < n; ++i) EXPECT_NEAR(solution[i], x[i], 2e-3) << n << ' ' << i;
+      }
     }
 }
 
