@@ -95,7 +95,7 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
   CutPatch& start = *start_patch;
   const CoreNear near = sheet->NearOf(start);
   MarkVerticesOnS(sheet->index, near, &start);
-  std::optional<CutAttempt> best;
+  std::optional<CutAttempt> best, idle_attempt;
   bool separates = false;
   int idle = 0;
   for (double factor : {1.0, 0.7, 1.25, 0.45}) {
@@ -119,7 +119,7 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
       continue;
     }
     if (attempt.separation.faces.empty()) {
-      if (idle == 0) sheet->kept = attempt.separation.kept;
+      if (idle == 0) idle_attempt = std::move(attempt);
       if (++idle == 2 && !separates) break;  // S only touches the organ
       continue;
     }
@@ -130,7 +130,9 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
   }
   if (best && options.snapping && best->angle_deg < demands.angles.rest_deg) best.reset();
   sheet->refused = separates && !best;
-  if (best) sheet->kept = best->separation.kept;
+  if (idle_attempt && !best && !separates)  // what it would open stays closed for a pinch
+    sheet->Leave(idle_attempt->patch,
+                 StillJoined(idle_attempt->patch, idle_attempt->separation.kept));
   return best;
 }
 

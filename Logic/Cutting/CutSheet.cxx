@@ -35,19 +35,22 @@ CoreNear CutSheet::NearOf(const CutPatch& patch) const {
   return CoreNear(index, patch, of_patch);
 }
 
-void CutSheet::Leave(const CutPatch& patch, const std::vector<int>& tets,
-                     const std::vector<std::array<int, 2>>& pairs) {
-  const auto note = [&](int t) {
+void CutSheet::Leave(const CutPatch& patch, const std::vector<int>& tets) {
+  for (int t : tets) {
     CutBox box;
     for (int v : patch.tets[t].v) box.Add(patch.vertices[v].rest.transpose());
     left.push_back(box);
-  };
-  for (int t : tets) note(t);
+  }
+}
+
+std::vector<int> StillJoined(const CutPatch& patch, const std::vector<std::array<int, 2>>& pairs) {
+  std::vector<int> joined;
   for (const auto& [t, u] : pairs) {
     const auto& v = patch.tets[t].v;
     if (std::count_if(v.begin(), v.end(), [&, u = u](int w) { return patch.Has(u, w); }) == 3)
-      note(t);
+      joined.push_back(t);
   }
+  return joined;
 }
 
 std::vector<int> TetsToWorkOn(const SurfaceIndex& surface, CutPatch patch,

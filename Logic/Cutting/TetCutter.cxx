@@ -132,7 +132,6 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
         CutPatch& patch = cut ? *cut : before;
         patch.MarkCore(core);
         std::optional<CutAttempt> best = CutAlong(&sheet, before, &patch, options_, demands);
-        kept.insert(kept.end(), sheet.kept.begin(), sheet.kept.end());
         if (!best) {
           if (!sheet.refused) core.clear();  // S only touches it
           break;
@@ -147,11 +146,14 @@ TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, Cu
         out.smallest_dihedral_deg = best->angle_deg;
         out.smallest_volume_share = best->smallest_mm3 / mean_mm3;
         chips = best->separation.chips;
+        kept.insert(kept.end(), best->separation.kept.begin(), best->separation.kept.end());
         core.clear();
         if (best->separation.stuck) core = TetsToWorkOn(sheet.index, *cut);
       }
       out.chips += chips;
-      sheet.Leave(cut ? *cut : before, core, kept);
+      const CutPatch& now = cut ? *cut : before;
+      sheet.Leave(now, core);
+      sheet.Leave(now, StillJoined(now, kept));
       if (!sheet.left.empty() && left != kBadlyShaped)
         left = sheet.refused ? kBadlyShaped : core.empty() ? kWouldTouchItself : kRoundsRanOut;
     }
