@@ -4,6 +4,7 @@
 
 #include "Mechanics/Corotational.h"
 #include "SpringScene.h"
+#include "Support/Draws.h"
 
 namespace kerf {
 namespace {
@@ -22,9 +23,9 @@ Corners RestCorners(const TetMesh& mesh) { return mesh.rest.transpose(); }
 
 Mat3 RandomRotation(std::mt19937* random) {
   std::normal_distribution<double> normal;
-  return Eigen::Quaterniond(normal(*random), normal(*random), normal(*random), normal(*random))
-      .normalized()
-      .toRotationMatrix();
+  const Vec3 axis = testing::DrawVec3([&] { return normal(*random); });
+  const double w = normal(*random);
+  return Eigen::Quaterniond(w, axis.x(), axis.y(), axis.z()).normalized().toRotationMatrix();
 }
 
 Mat3 RandomMatrix(std::mt19937* random, double scale) {

@@ -31,8 +31,8 @@ TEST_P(CameraConsistency, ProjectsAsOpenCv) {
   std::vector<cv::Point3d> world;
   std::vector<Vec3> points;
   for (int i = 0; i < 500; ++i) {
-    const Vec3 in_camera((pixel_u(random) - camera_.cx) / camera_.fx,
-                         (pixel_v(random) - camera_.cy) / camera_.fy, 1);
+    const double u = pixel_u(random), v = pixel_v(random);
+    const Vec3 in_camera((u - camera_.cx) / camera_.fx, (v - camera_.cy) / camera_.fy, 1);
     points.push_back(camera_.camera_from_world.inverse() * Vec3(depth(random) * in_camera));
     world.emplace_back(points.back().x(), points.back().y(), points.back().z());
   }

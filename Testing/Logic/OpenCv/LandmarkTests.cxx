@@ -10,6 +10,7 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
 #include "Core/Errors.h"
+#include "Support/Draws.h"
 #include "Support/TestCameras.h"
 
 using namespace kerf;
@@ -30,9 +31,11 @@ Scene MakeScene(int seed, int count, double pixel_noise_px, double point_noise_m
   std::uniform_real_distribution<double> side(-1, 1);
   std::normal_distribution<double> normal;
   Scene scene;
-  const Vec3 axis = Vec3(side(random), side(random), side(random)).normalized();
-  scene.camera.camera_from_world = Eigen::Translation3d(5 * side(random), 5 * side(random), 140) *
-                                   Eigen::AngleAxisd(3 * side(random), axis) *
+  const Vec3 axis = kerf::testing::DrawVec3([&] { return side(random); }).normalized();
+  const double angle = 3 * side(random);
+  const Vec2 aside = kerf::testing::DrawVec2([&] { return 5 * side(random); });
+  scene.camera.camera_from_world = Eigen::Translation3d(aside.x(), aside.y(), 140) *
+                                   Eigen::AngleAxisd(angle, axis) *
                                    Eigen::Translation3d(-80, 20, -300);
   scene.world.resize(count, 3);
   scene.pixels.resize(count, 2);
@@ -41,10 +44,10 @@ Scene MakeScene(int seed, int count, double pixel_noise_px, double point_noise_m
     const Vec3 in_camera(50 * x, 27 * y,
                          -thickness_mm * std::sqrt(std::max(0.0, 1 - x * x - y * y)));
     const Vec3 point = scene.camera.camera_from_world.inverse() * (in_camera + Vec3(0, 0, 140));
-    scene.pixels.row(i) =
-        scene.camera.Project(point) + pixel_noise_px * Vec2(normal(random), normal(random));
+    scene.pixels.row(i) = scene.camera.Project(point) +
+                          pixel_noise_px * kerf::testing::DrawVec2([&] { return normal(random); });
     scene.world.row(i) =
-        point + point_noise_mm * Vec3(normal(random), normal(random), normal(random));
+        point + point_noise_mm * kerf::testing::DrawVec3([&] { return normal(random); });
   }
   return scene;
 }
@@ -136,8 +139,8 @@ TEST(Landmarks, FlatDistantScenesAreAmbiguousAndDeepOnesAreNot) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     for (Index i = 0; i < 6; ++i)
-      flat.pixels.row(i) =
-          far.Project(flat.world.row(i)) + 1.5 * Vec2(normal(random), normal(random));
+      flat.pixels.row(i) = far.Project(flat.world.row(i)) +
+                           1.5 * kerf::testing::DrawVec2([&] { return normal(random); });
     if (RegisterLandmarks(flat.world, flat.pixels, Laparoscope()).ambiguous) ++flagged;
     const Scene deep = MakeScene(400 + seed, 10, 0.5, 0.1, 40);
     if (RegisterLandmarks(deep.world, deep.pixels, Laparoscope()).ambiguous) ++wrongly;

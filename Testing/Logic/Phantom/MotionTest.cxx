@@ -5,6 +5,7 @@
 #include "Core/Errors.h"
 #include "Phantom/PhantomAnatomy.h"
 #include "Phantom/PhantomShape.h"
+#include "Support/Draws.h"
 
 namespace kerf {
 namespace {
@@ -21,7 +22,7 @@ class EveryScenario : public ::testing::TestWithParam<PhantomScenario> {
     std::vector<Vec3> points;
     while (static_cast<int>(points.size()) < count) {
       const Vec3 box = setup_.is_kidney ? Vec3(55, 34, 28) : Vec3(0.5 * setup_.band_size_mm);
-      const Vec3 p(unit(random) * box.x(), unit(random) * box.y(), unit(random) * box.z());
+      const Vec3 p = testing::DrawVec3([&] { return unit(random); }).cwiseProduct(box);
       if (!setup_.is_kidney || KidneyOrgan(p) < 0.0) points.push_back(p);
     }
     return points;

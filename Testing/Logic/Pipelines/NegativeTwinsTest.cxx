@@ -112,10 +112,13 @@ TEST(NegativeTwins, AToolBeforeTheOrganIsNoCut) {
 TEST(NegativeTwins, ABurstOfHighlightsIsNoCut) {
   const Outcome outcome = WatchSpoilt([](int frame, cv::Mat* picture) {
     cv::RNG random(7 * frame);
-    for (int i = 0; i < 120; ++i)
-      cv::ellipse(*picture, {random.uniform(60, 260), random.uniform(60, 180)},
-                  {random.uniform(3, 9), random.uniform(2, 6)}, random.uniform(0, 180), 0, 360,
-                  cv::Scalar(255, 255, 255), cv::FILLED);
+    for (int i = 0; i < 120; ++i) {
+      const double turned_deg = random.uniform(0, 180);
+      const cv::Size size{random.uniform(3, 9), random.uniform(2, 6)};
+      const cv::Point middle{random.uniform(60, 260), random.uniform(60, 180)};
+      cv::ellipse(*picture, middle, size, turned_deg, 0, 360, cv::Scalar(255, 255, 255),
+                  cv::FILLED);
+    }
   });
   EXPECT_EQ(outcome.cuts, 0);
   EXPECT_TRUE(outcome.EverBelowGreen(22, 50));
