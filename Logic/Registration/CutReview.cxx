@@ -72,8 +72,8 @@ void RestoreModel(const RegistrationState& before, const MethodOptions& options,
   if (state->grips.positions.rows() == state->mesh.VertexCount()) {
     restored.grips = state->grips;
     restored.grips.positions = at.Positions(state->grips.positions, state->mesh.tets);
+    restored.grips.fields.clear();
     restored.grips.settled = false;
-    restored.grips.stale_columns = static_cast<int>(restored.grips.sensitivities.cols());
     Untangle(restored.mesh, &restored.grips.positions);
   }
   *state = std::move(restored);

@@ -170,14 +170,35 @@ void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps
   motions[g] =
       Moved(motions[g], CentersOf(*fit, mesh.rest)[g], by * Eigen::Matrix<double, 6, 1>::Unit(k));
   Points positions = fit->positions;
+  fit->fields.resize(fit->sensitivities.cols());
+  if (fit->fields[column]) positions += by * *fit->fields[column];
   Settle(mesh, material, fit->regions, motions, newton_steps, solver, &positions);
-  const Points change =
-      features.Positions(positions, mesh.tets) - features.Positions(fit->positions, mesh.tets);
-  fit->sensitivities.col(column) =
-      Eigen::Map<const Eigen::VectorXd>(change.data(), change.size()) / by;
+  auto field = std::make_shared<Points>((positions - fit->positions) / by);
+  const Points change = features.Positions(*field, mesh.tets);
+  fit->sensitivities.col(column) = Eigen::Map<const Eigen::VectorXd>(change.data(), change.size());
+  fit->fields[column] = std::move(field);
+}
+
+/// Where the organ will come to lie, to first order, when the grips take the step `q`; unchanged
+/// where the sensitivities of the whole organ are not known.
+Points Foreseen(const GripFit& fit, const Eigen::VectorXd& q) {
+  Points positions = fit.positions;
+  const bool known =
+      static_cast<Index>(fit.fields.size()) == q.size() &&
+      std::all_of(fit.fields.begin(), fit.fields.end(), [](const auto& field) { return field; });
+  for (Index column = 0; known && column < q.size(); ++column)
+    positions += q[column] * *fit.fields[column];
+  return positions;
 }
 
 }  // namespace
+
+void FollowCut(const TopologyChange& change, GripFit* fit) {
+  fit->positions = change.MapVertexField(fit->positions);
+  for (auto& field : fit->fields)
+    if (field) field = std::make_shared<Points>(change.MapVertexField(*field));
+  fit->settled = false;
+}
 
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest) {
   std::vector<Index> vertices;
@@ -206,7 +227,7 @@ GripFit Regripped(const GripFit& fit, const std::vector<double>& factors) {
     region.from_mm = region.end_mm - factors[g] * (region.end_mm - region.from_mm);
   }
   other.settled = false;
-  other.stale_columns = static_cast<int>(other.sensitivities.cols());
+  other.fields.clear();
   return other;
 }
 
@@ -218,7 +239,6 @@ GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Poin
   fit.trust = now.trust;
   fit.trust_across = now.trust_across;
   fit.settled = false;
-  fit.stale_columns = 0;
   return fit;
 }
 
@@ -260,11 +280,11 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   if (!fit->settled)
     settled(Settle(mesh, material, fit->regions, fit->motions, options.newton_steps, solver,
                    &fit->positions));
-  // A column is measured from the equilibrium; a cut has changed them all.
-  const int renewed = options.renewed_columns + (fit->stale_columns > 0 ? options.after_cut : 0);
-  for (int i = 0; i < renewed; ++i)
-    RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, fit);
-  fit->stale_columns = std::max(0, fit->stale_columns - renewed);
+  if (--fit->frames_to_renewal < 0) {
+    for (int i = 0; i < options.renewed_columns; ++i)  // measured from the equilibrium
+      RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, fit);
+    fit->frames_to_renewal = options.renewal_frames - 1;
+  }
   const double approach = ApproachWeight(sights, fit->strain2, camera);
   Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
@@ -290,7 +310,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     std::vector<Eigen::Isometry3d> motions = fit->motions;
     for (std::size_t g = 0; g < motions.size(); ++g)
       motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
-    Points positions = fit->positions;
+    Points positions = Foreseen(*fit, q);
     const SolveReport report =
         Settle(mesh, material, fit->regions, motions, options.newton_steps, solver, &positions);
     const Misfit then = MisfitOf(sights, positions, mesh, options, approach);

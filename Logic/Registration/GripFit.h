@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "Core/Camera.h"
@@ -22,19 +23,21 @@ struct GripRegion {
 /// no depth; who knows where the loads act, knows it. Parameters of grip g are 6g…6g+5: a
 /// translation (mm) and a rotation vector (rad) about the grip's present centre.
 struct GripFit {
-  std::vector<GripRegion> regions;         ///< at rest; none: not begun
-  std::vector<Eigen::Isometry3d> motions;  ///< of each, from rest
-  Points positions;                        ///< N×3, the organ under them, mm
-  Eigen::MatrixXd sensitivities;           ///< 3F×6G, of the features' positions
-  bool settled = false;                    ///< `positions` are the equilibrium
-  int stale_columns = 0;                   ///< sensitivities from before a cut
-  int next_column = 0;                     ///< the sensitivity that is renewed next
-  double lambda = 1e-2;                    ///< damping of the next step
-  double cost_mm2 = 0.0;                   ///< robust mean square across the lines of sight
-  double residual_mm = 0.0;                ///< robust rms across the lines of sight
-  double strain2 = 0.0;                    ///< mean squared strain of the organ
-  double trust = 0.0;                      ///< in its depth; 0: not believed … 1
-  double trust_across = 0.0;               ///< in what it says across the lines of sight
+  std::vector<GripRegion> regions;                    ///< at rest; none: not begun
+  std::vector<Eigen::Isometry3d> motions;             ///< of each, from rest
+  Points positions;                                   ///< N×3, the organ under them, mm
+  Eigen::MatrixXd sensitivities;                      ///< 3F×6G, of the features' positions
+  std::vector<std::shared_ptr<const Points>> fields;  ///< 6G, the same of all vertices, N×3: starts
+                                                      ///< for the next solves; none: not known
+  bool settled = false;       ///< `positions` are the equilibrium
+  int next_column = 0;        ///< the sensitivity that is renewed next
+  int frames_to_renewal = 0;  ///< until then the sensitivities stay
+  double lambda = 1e-2;       ///< damping of the next step
+  double cost_mm2 = 0.0;      ///< robust mean square across the lines of sight
+  double residual_mm = 0.0;   ///< robust rms across the lines of sight
+  double strain2 = 0.0;       ///< mean squared strain of the organ
+  double trust = 0.0;         ///< in its depth; 0: not believed … 1
+  double trust_across = 0.0;  ///< in what it says across the lines of sight
 };
 
 struct GripFitOptions {
@@ -46,8 +49,8 @@ struct GripFitOptions {
   double trust_lost = 0.25;
   int steps = 1;                    ///< damped Gauss–Newton steps a frame
   int newton_steps = 4;             ///< of one equilibrium at most; the rest is left to the next
-  int renewed_columns = 1;          ///< sensitivities measured anew a frame, in turn
-  int after_cut = 3;                ///< more of them until all are from after the last cut
+  int renewed_columns = 1;          ///< sensitivities measured anew at a time, in turn
+  int renewal_frames = 3;           ///< from one time to the next
   double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
   double nonlinear_strain2 = 0.25;  ///< and from which on not at all
@@ -73,12 +76,15 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
 Points BentByGrips(const GripFit& fit, const Points& rest);
 
 /// The same grips with each held part as long as `factor` times what it was, its motion kept; the
-/// sensitivities are stale.
+/// sensitivities are those before.
 GripFit Regripped(const GripFit& fit, const std::vector<double>& factors);
 
 /// `fit`, begun from `then`, with the motion that the grips have made since, up to `now`.
 /// @param rest of the mesh that `fit` belongs to
 GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Points& rest);
+
+/// `mesh` was cut: the organ under the grips is, and so it is not in equilibrium any more.
+void FollowCut(const TopologyChange& change, GripFit* fit);
 
 /// Vertices in a region.
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest);

@@ -57,7 +57,6 @@ class Comparison {
              std::shared_ptr<const RegistrationState> state)
       : usable_(usable), camera_(camera), options_(options), state_(std::move(state)) {
     fitting_.steps = probe.steps;
-    fitting_.renewed_columns = 0;
     fitting_.newton_steps = 12;
     gain_ = probe.gain;
     regrip_gain_ = probe.regrip_gain;
@@ -107,7 +106,9 @@ class Comparison {
   GripFit Fitted(const TetMesh& mesh, const Embedding& features, GripFit fit, int columns,
                  ElasticSolver* solver) const {
     GripFitOptions fitting = fitting_;
-    fit.stale_columns = fitting.after_cut = columns;
+    fitting.renewed_columns = columns;
+    fitting.renewal_frames = 1;
+    fit.frames_to_renewal = 0;
     fit.settled = false;
     BoundFeatures bound = state_->bound;
     bound.embedding = features;
@@ -121,6 +122,7 @@ class Comparison {
              int columns, ElasticSolver* solver) const {
     GripFit fit = state_->grips;
     fit.positions = grip_positions;
+    fit.fields.clear();
     return Fitted(mesh, features, std::move(fit), columns, solver);
   }
   /// Held parts, all sensitivities measured with them.

@@ -84,7 +84,6 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
   event.report.reason = better.model.uncut[better.cut];
   event.report.partial = !event.report.reason.empty();
   Adopt(std::move(better.model), options, engine, state);
-  state->grips.stale_columns = 0;                         // measured on this model
   for (std::size_t c = 0; c < state->cuts.size(); ++c) {  // and cuts may have grown
     const ModelCut& other = state->cuts[c];
     const bool known = c < better.then->cuts.size();

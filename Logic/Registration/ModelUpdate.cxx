@@ -37,9 +37,7 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   state->velocities = change.MapVertexField(state->velocities);
   if (engine.solvers.grips && state->grips.positions.rows() > 0) {
     engine.solvers.grips->Apply(change);
-    state->grips.positions = change.MapVertexField(state->grips.positions);
-    state->grips.settled = false;
-    state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
+    FollowCut(change, &state->grips);
   }
   state->bound.embedding = change.MapEmbedding(state->bound.embedding, state->mesh);
   if (engine.observer) engine.observer->Begin(Stage::Structures);
@@ -134,10 +132,12 @@ void Adopt(CutModel model, const MethodOptions& options, Engine& engine, Registr
   else
     engine.solvers.organ->Reset(state->mesh, options.material);
   if (engine.solvers.grips) {
-    if (!prepared) engine.solvers.grips->Reset(state->mesh, options.material);
+    if (!prepared) {
+      engine.solvers.grips->Reset(state->mesh, options.material);
+      state->grips.fields.clear();
+    }
     state->grips.positions = std::move(model.grip_positions);
     state->grips.settled = false;
-    state->grips.stale_columns = static_cast<int>(state->grips.sensitivities.cols());
   }
 }
 
