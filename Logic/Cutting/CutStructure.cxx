@@ -22,6 +22,7 @@ class OpenedSurface {
     for (Index f = 0; f < faces_.triangles.rows(); ++f)
       for (int k = 0; k < 3; ++k)
         reach_mm_ = std::max(reach_mm_, kReach * (Corner(f, k) - Corner(f, (k + 1) % 3)).norm());
+    FindTetsAtCorners();
   }
 
   /// Is the organ open beside p? Beyond its outer boundary yes, beyond the crack front no.
@@ -54,22 +55,16 @@ class OpenedSurface {
     const std::array<Index, 3>& corners = side_a ? face.a : face.b;
     *tet = side_a ? face.tet_a : face.tet_b;
     *weights = WeightsIn(*tet, p);
-    auto visit = [&](Index t) {
-      int shared = 0;
-      for (int k = 0; k < 4; ++k)
-        shared += std::count(corners.begin(), corners.end(), change_.mesh.tets(t, k));
-      if (shared == 0 || direction.dot(Middle(t) - near.point) <= 0) return;
-      const Vec4 w = WeightsIn(t, p);
-      if (w.minCoeff() <= weights->minCoeff()) return;
-      *tet = t;
-      *weights = w;
-    };
     if (weights->minCoeff() >= -1e-9) return;
-    for (Index t : change_.new_tets) visit(t);
-    for (const OpenedFace& other : change_.opened) {
-      visit(other.tet_a);
-      visit(other.tet_b);
-    }
+    for (Index corner : corners)
+      for (auto at = FirstAt(corner); at != tets_at_.end() && at->first == corner; ++at) {
+        const Index t = at->second;
+        if (direction.dot(Middle(t) - near.point) <= 0) continue;
+        const Vec4 w = WeightsIn(t, p);
+        if (w.minCoeff() <= weights->minCoeff()) continue;
+        *tet = t;
+        *weights = w;
+      }
   }
   /// Side of the nearest opened face that p lies on, as `direction` sees it: > 0 along it.
   double SideOf(const Vec3& p, const Vec3& direction) const {
@@ -91,6 +86,26 @@ class OpenedSurface {
       }
     return faces;
   }
+  /// Of the tetrahedra that are new or behind opened faces, those at the faces' corners.
+  void FindTetsAtCorners() {
+    std::vector<Index> corners, tets = change_.new_tets;
+    for (const OpenedFace& face : change_.opened) {
+      corners.insert(corners.end(), face.a.begin(), face.a.end());
+      corners.insert(corners.end(), face.b.begin(), face.b.end());
+      tets.insert(tets.end(), {face.tet_a, face.tet_b});
+    }
+    std::sort(corners.begin(), corners.end());
+    for (Index t : tets)
+      for (int k = 0; k < 4; ++k) {
+        const Index v = change_.mesh.tets(t, k);
+        if (std::binary_search(corners.begin(), corners.end(), v)) tets_at_.push_back({v, t});
+      }
+    std::sort(tets_at_.begin(), tets_at_.end());
+    tets_at_.erase(std::unique(tets_at_.begin(), tets_at_.end()), tets_at_.end());
+  }
+  std::vector<std::pair<Index, Index>>::const_iterator FirstAt(Index corner) const {
+    return std::lower_bound(tets_at_.begin(), tets_at_.end(), std::pair<Index, Index>{corner, -1});
+  }
   Vec3 Corner(Index f, int k) const { return faces_.points.row(3 * f + k).transpose(); }
   Vec4 WeightsIn(Index t, const Vec3& p) const {
     const auto c = change_.mesh.tets.row(t);
@@ -107,6 +122,7 @@ class OpenedSurface {
   const TopologyChange& change_;
   CutSurface faces_;
   SurfaceIndex index_;
+  std::vector<std::pair<Index, Index>> tets_at_;  ///< corner, tetrahedron; ascending
   double reach_mm_ = 0;
 };
 
