@@ -39,8 +39,8 @@ int BinOf(const cv::Vec3b& bgr) {
 class ColourHistogram {
  public:
   ColourHistogram() : counts_(kBins, 0.0F) {}
-  void Add(const cv::Vec3b& bgr) {
-    counts_[BinOf(bgr)] += 1;
+  void Add(int bin) {
+    counts_[bin] += 1;
     total_ += 1;
   }
   float Total() const { return total_; }
@@ -80,12 +80,11 @@ void DropIslands(cv::Mat* mask, double share) {
   int largest = 0;
   for (int label = 1; label < count; ++label)
     largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
+  std::vector<std::uint8_t> kept(count, 255);
+  for (int label = 1; label < count; ++label)
+    if (stats.at<int>(label, cv::CC_STAT_AREA) < share * largest) kept[label] = 0;
   for (int y = 0; y < mask->rows; ++y)
-    for (int x = 0; x < mask->cols; ++x) {
-      const int label = labels.at<int>(y, x);
-      if (label > 0 && stats.at<int>(label, cv::CC_STAT_AREA) < share * largest)
-        mask->at<std::uint8_t>(y, x) = 0;
-    }
+    for (int x = 0; x < mask->cols; ++x) mask->at<std::uint8_t>(y, x) &= kept[labels.at<int>(y, x)];
 }
 
 }  // namespace
@@ -103,15 +102,18 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
   cv::threshold(model, model, 0, 255, cv::THRESH_BINARY);
   cv::resize(FindInstruments(bgr), instruments, small_size, 0, 0, cv::INTER_NEAREST);
 
+  cv::Mat bins(small.size(), CV_32S);
+  for (int y = 0; y < small.rows; ++y)
+    for (int x = 0; x < small.cols; ++x) bins.at<int>(y, x) = BinOf(small.at<cv::Vec3b>(y, x));
   const cv::Mat distance = SignedDistance(model);
   ColourHistogram organ, background;
   for (int y = 0; y < small.rows; ++y)
     for (int x = 0; x < small.cols; ++x) {
       if (instruments.at<std::uint8_t>(y, x) != 0) continue;
       const float d = distance.at<float>(y, x);
-      if (d > kCertain_px) organ.Add(small.at<cv::Vec3b>(y, x));
+      if (d > kCertain_px) organ.Add(bins.at<int>(y, x));
       // The neighbourhood counts, not the far corners of the image.
-      if (d < -kCertain_px && d > -4 * kReach_px) background.Add(small.at<cv::Vec3b>(y, x));
+      if (d < -kCertain_px && d > -4 * kReach_px) background.Add(bins.at<int>(y, x));
     }
   if (organ.Total() < 300 || background.Total() < 300) return model_mask;
   organ.Smooth();
@@ -122,8 +124,7 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
 
   cv::Mat evidence(small.size(), CV_32F);
   for (int y = 0; y < small.rows; ++y)
-    for (int x = 0; x < small.cols; ++x)
-      evidence.at<float>(y, x) = ratio[BinOf(small.at<cv::Vec3b>(y, x))];
+    for (int x = 0; x < small.cols; ++x) evidence.at<float>(y, x) = ratio[bins.at<int>(y, x)];
   cv::GaussianBlur(evidence, evidence, {7, 7}, 1.4);
   cv::Mat mask(small.size(), CV_8U);
   for (int y = 0; y < small.rows; ++y)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace kerf {
 namespace {
@@ -24,6 +25,19 @@ bool IsPlausible(const Eigen::Matrix2f& A) {
   return largest < 3.2F && determinant / largest > 0.25F;
 }
 
+/// Eight values and their right neighbours. A gather fetches them one by one, these are loads of
+/// two.
+void LoadPairs(const float* base, const std::int32_t* place, __m256* left, __m256* right) {
+  const auto two = [&](int k) {
+    const __m128 first =
+        _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(base + place[k]));
+    return _mm_loadh_pi(first, reinterpret_cast<const __m64*>(base + place[k + 1]));
+  };
+  const __m256 even = _mm256_set_m128(two(4), two(0)), odd = _mm256_set_m128(two(6), two(2));
+  *left = _mm256_shuffle_ps(even, odd, 0x88);
+  *right = _mm256_shuffle_ps(even, odd, 0xDD);
+}
+
 /// `count` bilinear samples along a line, eight at a time. One instruction set for the whole
 /// program: the bits do not depend on the machine.
 void SampleRow(const float* base, int stride, float u, float v, float du, float dv, int count,
@@ -39,10 +53,11 @@ void SampleRow(const float* base, int stride, float u, float v, float du, float 
     const __m256 fx = _mm256_sub_ps(x, _mm256_cvtepi32_ps(ix));
     const __m256 fy = _mm256_sub_ps(y, _mm256_cvtepi32_ps(iy));
     const __m256i at = _mm256_add_epi32(_mm256_mullo_epi32(iy, _mm256_set1_epi32(stride)), ix);
-    const __m256 p00 = _mm256_i32gather_ps(base, at, 4);
-    const __m256 p10 = _mm256_i32gather_ps(base + 1, at, 4);
-    const __m256 p01 = _mm256_i32gather_ps(base + stride, at, 4);
-    const __m256 p11 = _mm256_i32gather_ps(base + stride + 1, at, 4);
+    alignas(32) std::int32_t place[8];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(place), at);
+    __m256 p00, p10, p01, p11;
+    LoadPairs(base, place, &p00, &p10);
+    LoadPairs(base + stride, place, &p01, &p11);
     const __m256 top = _mm256_fmadd_ps(fx, _mm256_sub_ps(p10, p00), p00);
     const __m256 bottom = _mm256_fmadd_ps(fx, _mm256_sub_ps(p11, p01), p01);
     _mm256_storeu_ps(out + first, _mm256_fmadd_ps(fy, _mm256_sub_ps(bottom, top), top));

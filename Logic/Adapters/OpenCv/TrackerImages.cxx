@@ -1,5 +1,8 @@
 #include "Adapters/OpenCv/TrackerImages.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -50,12 +53,16 @@ void TrackerImages::Reload(const cv::Rect& box, int window_px, int levels) {
   cv::bitwise_or(excluded_, instruments_(box_), excluded_);
   const cv::Size blocks((box_.width + kBlock - 1) / kBlock, (box_.height + kBlock - 1) / kBlock);
   excluded_blocks_ = cv::Mat::zeros(blocks, CV_8U);
-  if (cv::countNonZero(excluded_) > 0)
-    for (int y = 0; y < excluded_.rows; ++y) {
-      const std::uint8_t* row = excluded_.ptr<std::uint8_t>(y);
-      std::uint8_t* out = excluded_blocks_.ptr<std::uint8_t>(y / kBlock);
-      for (int x = 0; x < excluded_.cols; ++x) out[x / kBlock] |= row[x];
+  for (int y = 0; y < excluded_.rows; ++y) {
+    const std::uint8_t* row = excluded_.ptr<std::uint8_t>(y);
+    std::uint8_t* out = excluded_blocks_.ptr<std::uint8_t>(y / kBlock);
+    for (int block = 0; block < blocks.width; ++block) {
+      std::uint64_t pixels = 0;  // of the block in this row, all at once
+      const int x = block * kBlock;
+      std::memcpy(&pixels, row + x, std::min(kBlock, excluded_.cols - x));
+      if (pixels != 0) out[block] = 255;
     }
+  }
   // Freshly allocated: the previous frame's pyramid is still in use.
   pyramid_.clear();
   cv::buildOpticalFlowPyramid(grey_, pyramid_, {window_px, window_px}, levels, true);
