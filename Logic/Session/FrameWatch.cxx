@@ -18,11 +18,12 @@ constexpr double kSparse = 3.0;
 constexpr std::size_t kIntervals = 3;
 constexpr double kSparseDoubt_s = 1.0;
 
+/// A gate that is amber already keeps its reason: that is found in the picture itself.
 void LimitToAmber(const std::string& reason, Reliability* reliability) {
   if (reliability->state == GateState::Off) return;
+  if (reliability->state == GateState::Green) reliability->reason = reason;
   reliability->state = GateState::Amber;
   reliability->score = std::min(reliability->score, kDoubtfulScore);
-  reliability->reason = reason;
 }
 
 }  // namespace
@@ -55,7 +56,8 @@ void FrameWatch::WatchRate(double time_s, Reliability* reliability) {
     sparse_rate_ = kIntervals / passed_s;
   }
   if (sparse_s_ < 0.0 || time_s - sparse_s_ >= kSparseDoubt_s) return;
-  const int rate = static_cast<int>(std::lround(sparse_rate_));
+  // Whole pictures: rounded up it would name the rate that suffices.
+  const int rate = static_cast<int>(std::floor(sparse_rate_));
   const std::string pictures = rate < 1
                                    ? "less than 1 picture"
                                    : std::to_string(rate) + (rate > 1 ? " pictures" : " picture");

@@ -10,7 +10,8 @@ namespace kerf {
 
 /// What a single frame's residuals do not show: a source that repeats its last picture, a camera
 /// that moved, too few pictures to see a cut grow. Looks at the pictures' time stamps only, so a
-/// replay says the same.
+/// replay says the same. Where several things are wrong the first is named: registration's own
+/// reason, else that of the first call.
 class FrameWatch {
  public:
   void WatchPicture(const Frame& frame, Reliability* reliability);

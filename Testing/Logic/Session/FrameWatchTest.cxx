@@ -28,7 +28,8 @@ TEST(FrameWatch, FewPicturesASecondAreAmberAndSayHowMany) {
   const struct {
     double rate;
     const char* reason;
-  } cases[] = {{2.6, "3 pictures a second registered: cuts may be missed"},
+  } cases[] = {{2.9, "2 pictures a second registered: cuts may be missed"},
+               {2.6, "2 pictures a second registered: cuts may be missed"},
                {2.0, "2 pictures a second registered: cuts may be missed"},
                {1.0, "1 picture a second registered: cuts may be missed"},
                {0.3, "less than 1 picture a second registered: cuts may be missed"}};
@@ -78,6 +79,24 @@ TEST(FrameWatch, AGateThatIsOffStaysOffForItsOwnReason) {
   watch.WatchRate(8.0, &off);
   EXPECT_EQ(off.state, GateState::Off);
   EXPECT_EQ(off.reason, "no feature is tracked");
+}
+
+TEST(FrameWatch, FewPicturesDoNotHideWhatElseIsWrong) {
+  FrameWatch watch;
+  Steady(1.0, 8, &watch);
+  Reliability outline = Good();
+  outline.state = GateState::Amber;
+  outline.score = 0.45;
+  outline.reason = "the outline does not fit the image";
+  watch.WatchRate(8.0, &outline);
+  EXPECT_EQ(outline.state, GateState::Amber);
+  EXPECT_EQ(outline.reason, "the outline does not fit the image");
+  EXPECT_LT(outline.score, 0.45);
+  Reliability leapt = Good();
+  watch.WatchLeap(8.0, 0.0, &leapt);
+  watch.WatchLeap(8.04, 20.0, &leapt);
+  watch.WatchRate(8.04, &leapt);
+  EXPECT_EQ(leapt.reason, "everything leapt: has the camera moved?");
 }
 
 }  // namespace
