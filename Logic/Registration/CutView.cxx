@@ -236,7 +236,9 @@ void CutView::Rebind(const RegistrationState& state, const std::vector<std::uint
   std::vector<Index> tet_of_face;
   const Triangles all = BoundaryFaces(state.mesh.tets, &tet_of_face);
   const SurfaceMesh rest{state.mesh.rest, all};
-  const std::vector<std::uint8_t> is_cut = cut_face ? *cut_face : CutFaceFlags(rest, *state.uncut);
+  // The caller's flags may be those of another model.
+  const bool given = cut_face && Index(cut_face->size()) == all.rows();
+  const std::vector<std::uint8_t> is_cut = given ? *cut_face : CutFaceFlags(rest, *state.uncut);
   faces_.resize(std::count(is_cut.begin(), is_cut.end(), 1), 3);
   Index faces = 0;
   for (Index t = 0; t < all.rows(); ++t)

@@ -98,6 +98,21 @@ TEST(CutView, LipsPartAsTheCutOpens) {
   EXPECT_EQ(view.LipCuts().size(), view.Lips().size());
 }
 
+TEST(CutView, FlagsOfAnotherModelAreNotUsed) {
+  const RegistrationState state = CutBlock();
+  CutView own;
+  own.Update(state);
+  ASSERT_FALSE(own.Lips().empty());
+  for (const std::size_t size : {0, 5, 100000}) {
+    const std::vector<std::uint8_t> others(size, 1);
+    CutView view;
+    view.Update(state, &others);
+    ASSERT_EQ(view.Lips().size(), own.Lips().size());
+    for (std::size_t i = 0; i < own.Lips().size(); ++i) EXPECT_EQ(view.Lips()[i], own.Lips()[i]);
+    EXPECT_EQ(view.TumourMargin_mm(), own.TumourMargin_mm());
+  }
+}
+
 TEST(CutView, LipsEndWhereTheLineEndsNotAtTheNextVertex) {
   RegistrationState state;
   state.mesh = testing::BoxMesh(Vec3(60, 30, 15), 12, 6, 3);  // elements of 5 mm
