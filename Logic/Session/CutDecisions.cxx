@@ -72,19 +72,27 @@ bool RegistrationSession::TakeOut(int cut) {
   RestoreModel(found->before, options_, engine, &state_);
   std::vector<Applied> kept(applied_.begin(), found), later(found + 1, applied_.end());
   clock_->Start();
-  for (const Applied& earlier : kept) {
-    if (grew(earlier.cut))
-      ApplyCut(state_.cuts[earlier.cut], options_, engine, &state_);
-    else
-      state_.cuts[earlier.cut].partial = then[earlier.cut].partial;
+  std::vector<Applied> now;
+  // Whether the model has this cut now; it may have been refused without the one taken out.
+  const auto cut_again = [&](int again) {
+    ModelCut& known = state_.cuts[again];
+    ApplyCut(known, options_, engine, &state_);
+    return known.in_model;
+  };
+  for (Applied& earlier : kept) {
+    const std::size_t i = earlier.cut;
+    ModelCut& known = state_.cuts[i];
+    known.in_model = i < then.size() && then[i].in_model;
+    known.partial = known.in_model && then[i].partial;
+    if (!grew(i) || cut_again(earlier.cut)) now.push_back(std::move(earlier));
   }
   for (const Applied& again : later) {
     state_.cuts[again.cut].in_model = false;
-    kept.push_back({again.cut, state_});
-    ApplyCut(state_.cuts[again.cut], options_, engine, &state_);
+    now.push_back({again.cut, state_});
+    if (!cut_again(again.cut)) now.pop_back();
   }
   clock_->Finish();
-  applied_ = std::move(kept);
+  applied_ = std::move(now);
   return true;
 }
 
