@@ -39,8 +39,10 @@ ReplayResult ReplaySession(const ReplayRequest& request, Progress& progress) {
   ReplayResult result;
   std::optional<SessionFrame> last;
   std::vector<double> totals;
-  run.on_decision = [&](int frame, const IntraoperativeDecision& decision) {
-    journal.Write(last ? last->time_s : 0.0, frame, EventName(decision.kind), ToJournal(decision));
+  run.on_decision = [&](int frame, const IntraoperativeDecision& decision,
+                        const DecisionOutcome& outcome) {
+    for (const auto& [event, data] : JournalLines(decision, outcome, run.State()))
+      journal.Write(last ? last->time_s : 0.0, frame, event, data);
   };
   while (const auto step = run.Next()) {
     progress.ThrowIfCancelled();

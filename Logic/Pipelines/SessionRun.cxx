@@ -63,8 +63,8 @@ void SessionRun::DecideBefore(int frame) {
   for (; next_decision_ < decisions_.size() && decisions_[next_decision_].first <= frame;
        ++next_decision_) {
     auto [before, decision] = decisions_[next_decision_];
-    Decide(session_.get(), &decision);
-    if (on_decision) on_decision(before, decision);
+    const DecisionOutcome outcome = Decide(session_.get(), &decision);
+    if (on_decision) on_decision(before, decision, outcome);
   }
 }
 

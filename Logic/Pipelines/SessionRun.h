@@ -33,8 +33,9 @@ class SessionRun {
   /// @throws InputError where the checksum differs, naming the frame
   std::optional<Step> Next();
 
-  /// Told of each decision when it was carried out, with the frame that it comes before.
-  std::function<void(int frame, const IntraoperativeDecision&)> on_decision;
+  /// Told of each decision when it was carried out, with the frame that it comes before and its
+  /// outcome.
+  std::function<void(int frame, const IntraoperativeDecision&, const DecisionOutcome&)> on_decision;
 
   const RegistrationState& State() const { return session_->State(); }
   const CameraModel& Camera() const { return session_->Camera(); }

@@ -150,34 +150,40 @@ int RegistrationSession::DrawCut(const Points& line, const Vec3& direction, doub
   return cut;
 }
 
-std::string RegistrationSession::Undo() {
+RegistrationSession::Undone RegistrationSession::Undo() {
   if (decisions_.empty()) return {};
   DropSearch();
   const WholeOrBefore whole(&state_);
   const Decision last = std::move(decisions_.back());
   decisions_.pop_back();
   const std::string name = "cut " + std::to_string(last.cut + 1);
+  Undone undone;
+  undone.cut = last.cut;
   Decision ignored;
   switch (last.kind) {
     case Decision::Kind::Taken:
-      return Reject(last.cut, &ignored) ? name + " taken out" : "";
+      if (Reject(last.cut, &ignored)) undone.what = name + " taken out";
+      break;
     case Decision::Kind::Drawn:
-      return Reject(last.cut, &ignored) ? "drawn " + name + " taken out" : "";
+      if (Reject(last.cut, &ignored)) undone.what = "drawn " + name + " taken out";
+      break;
     case Decision::Kind::Accepted: {
       ModelCut* cut = Cut(last.cut);
-      if (!cut || cut->rejected || (InModel(last.cut) && !TakeOut(last.cut))) return {};
+      if (!cut || cut->rejected || (InModel(last.cut) && !TakeOut(last.cut))) break;
       cut->held = true;
       cut->in_model = cut->partial = false;
-      return name + " is a proposal again";
+      undone.what = name + " is a proposal again";
+      break;
     }
     case Decision::Kind::Rejected:
       state_.cuts[last.cut] = last.was;
       state_.evidence.refused_mm = last.refused_mm;
       state_.cuts[last.cut].in_model = state_.cuts[last.cut].partial = false;
-      if (!last.was.held) ApplyNow(last.cut);
-      return name + " is back";
+      if (!last.was.held) undone.again = ApplyNow(last.cut);
+      undone.what = name + " is back";
+      break;
   }
-  return {};
+  return undone;
 }
 
 }  // namespace kerf

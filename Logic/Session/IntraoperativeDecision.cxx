@@ -21,6 +21,11 @@ std::string LedOverRim(const Points& drawn, const Points& made) {
                    : " Both ends were led over the organ's rim, which was near.";
 }
 
+/// "Cut 1 accepted: the model is cut."
+std::string WithReport(const std::string& what, const CutReport& report) {
+  return what + (report.done ? ": " : ", ") + TextOf(report);
+}
+
 std::vector<double> Flat(const Points& points) {
   return {points.data(), points.data() + points.size()};
 }
@@ -124,15 +129,18 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       const CutReport report = session->AcceptCut(decision->cut);
       if (!report.done && report.reason == "no such proposal")
         return {false, name + " is no proposal that waits."};
-      return {true, name + " accepted" + (report.done ? ": " : ", ") + TextOf(report), report};
+      return {true, WithReport(name + " accepted", report), report};
     }
     case Kind::RejectCut:
       if (!session->RejectCut(decision->cut)) return {false, name + " cannot be rejected."};
       return {true, name + " rejected."};
     case Kind::Undo: {
-      const std::string what = session->Undo();
-      if (what.empty()) return {false, "There is nothing to undo."};
-      return {true, "Undone: " + what + "."};
+      const RegistrationSession::Undone undone = session->Undo();
+      if (undone.what.empty()) return {false, "There is nothing to undo."};
+      const std::string words = "Undone: " + undone.what;
+      if (!undone.again) return {true, words + "."};
+      decision->cut = undone.cut;
+      return {true, WithReport(words, *undone.again), undone.again};
     }
     case Kind::DrawCut: {
       if (decision->line.rows() == 0)
@@ -142,8 +150,7 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       decision->cut =
           session->DrawCut(decision->line, decision->direction, decision->depth_mm, &report);
       if (decision->cut < 0) return {false, "The stroke does not meet the organ: nothing is cut."};
-      std::string drawn = "Cut " + std::to_string(decision->cut + 1) + " drawn" +
-                          (report.done ? ": " : ", ") + TextOf(report);
+      std::string drawn = WithReport("Cut " + std::to_string(decision->cut + 1) + " drawn", report);
       if (report.done)
         drawn += LedOverRim(decision->line, session->State().cuts[decision->cut].line.points);
       return {true, drawn, report};
@@ -161,6 +168,18 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       return {true, {}};
   }
   return {};
+}
+
+std::vector<std::pair<std::string, JournalData>> JournalLines(
+    const IntraoperativeDecision& decision, const DecisionOutcome& outcome,
+    const RegistrationState& state) {
+  std::vector<std::pair<std::string, JournalData>> lines{
+      {EventName(decision.kind), ToJournal(decision)}};
+  if (outcome.cut) {
+    const Vec3 begin = state.cuts[decision.cut].line.points.row(0).transpose();
+    lines.push_back({EventName(*outcome.cut), ToJournal(decision.cut, begin, *outcome.cut)});
+  }
+  return lines;
 }
 
 }  // namespace kerf

@@ -2,6 +2,8 @@
 
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "CaseIO/JournalRead.h"
 #include "Core/Types.h"
@@ -10,6 +12,7 @@
 namespace kerf {
 
 class RegistrationSession;
+struct RegistrationState;
 
 /// What the surgeon (or, for the solver's limit, the deadline of a frame) decides while a session
 /// runs. It takes effect between two frames and is written
@@ -52,12 +55,19 @@ const char* EventName(const CutReport& report);
 JournalData ToJournal(int cut, const Vec3& point_rest_mm, const CutReport& report);
 
 /// Carries a decision out. Fills line, direction and depth of a drawn cut, so that what is written
-/// to the journal can be repeated. @return what happened, in words; `done` false: nothing changed
+/// to the journal can be repeated, and the number of a cut that undo brings back. @return what
+/// happened, in words; `done` false: nothing changed
 struct DecisionOutcome {
   bool done = false;
   std::string words;
-  std::optional<CutReport> cut{};  ///< of a cut that was accepted or drawn
+  std::optional<CutReport> cut{};  ///< of a cut that was accepted, drawn or brought back by undo
 };
 DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* decision);
+
+/// Events and data in the journal for a decision that was carried out: itself, then what became of
+/// its cut. @param state after the decision
+std::vector<std::pair<std::string, JournalData>> JournalLines(
+    const IntraoperativeDecision& decision, const DecisionOutcome& outcome,
+    const RegistrationState& state);
 
 }  // namespace kerf

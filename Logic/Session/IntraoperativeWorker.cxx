@@ -104,11 +104,8 @@ void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decis
     needs_confirmation = false;
     off_since.reset();
   }
-  Say(EventName(decision.kind), ToJournal(decision));
-  if (!outcome.cut) return;
-  const ModelCut& cut = parts.session->State().cuts[decision.cut];
-  Say(EventName(*outcome.cut),
-      ToJournal(decision.cut, cut.line.points.row(0).transpose(), *outcome.cut));
+  for (const auto& [event, data] : JournalLines(decision, outcome, parts.session->State()))
+    Say(event, data);
 }
 
 void IntraoperativeWorker::Implementation::KeepDeadline() {

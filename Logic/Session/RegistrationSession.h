@@ -1,6 +1,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "Core/Camera.h"
@@ -69,9 +71,13 @@ class RegistrationSession {
   /// A cut by hand. @param line N×3 at rest, mm; @param depth_mm 0 = through the organ
   /// @return number of the cut, −1 where the line is too short
   int DrawCut(const Points& line, const Vec3& direction, double depth_mm, CutReport* report);
-  /// Takes back the last decision, or the last cut that was taken automatically. @return what was
-  /// undone, in words; empty when there is nothing
-  std::string Undo();
+  struct Undone {
+    std::string what;  ///< in words; empty when there was nothing
+    int cut = -1;
+    std::optional<CutReport> again{};  ///< what the cutter did for a cut that is back in the model
+  };
+  /// Takes back the last decision, or the last cut that was taken automatically.
+  Undone Undo();
 
   const RegistrationState& State() const { return state_; }
   const CameraModel& Camera() const { return camera_; }

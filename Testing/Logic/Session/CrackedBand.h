@@ -63,12 +63,13 @@ class CrackTracker : public FeatureTracker {
 /// A session over the band, with a handle on its tracker.
 struct BandRun {
   explicit BandRun(bool history = true, bool hold = false, int stop_at = 1 << 20,
-                   int throw_at = 1 << 20) {
+                   int throw_at = 1 << 20, bool grips = true) {
     auto tracker = std::make_unique<CrackTracker>();
     tracker->stop_at = stop_at;
     tracker->throw_at = throw_at;
     MethodOptions options;
     options.hold_cuts = hold;
+    options.grips = grips;
     session = std::make_unique<RegistrationSession>(BandMesh(3000), std::vector<Structure>(),
                                                     BandCamera(), options, std::move(tracker));
     if (history) session->KeepHistory();

@@ -1,7 +1,9 @@
 // Accept, reject, undo and draw: what a surgeon decides about cuts, and that it can be repeated.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "CrackedBand.h"
 #include "Session/IntraoperativeDecision.h"
@@ -68,10 +70,10 @@ TEST(CutDecisions, AProposalWaitsIsAcceptedAndUndone) {
   EXPECT_GT(run.State().mesh.TetCount(), before);
   EXPECT_FALSE(run.State().cuts[0].held);
   run.Next();
-  EXPECT_EQ(run.session->Undo(), "cut 1 is a proposal again");
+  EXPECT_EQ(run.session->Undo().what, "cut 1 is a proposal again");
   EXPECT_EQ(run.State().mesh.TetCount(), before);
   EXPECT_TRUE(run.State().cuts[0].held);
-  EXPECT_EQ(run.session->Undo(), "");
+  EXPECT_EQ(run.session->Undo().what, "");
 }
 
 TEST(CutDecisions, ARejectedProposalComesBackByUndo) {
@@ -81,16 +83,51 @@ TEST(CutDecisions, ARejectedProposalComesBackByUndo) {
   const Points line = run.State().cuts[0].line.points;
   ASSERT_TRUE(run.session->RejectCut(0));
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(run.Next().step.cuts.empty());
-  EXPECT_EQ(run.session->Undo(), "cut 1 is back");
+  EXPECT_EQ(run.session->Undo().what, "cut 1 is back");
   EXPECT_TRUE(run.State().cuts[0].line.points == line);
   EXPECT_TRUE(run.State().cuts[0].held);
+}
+
+TEST(CutDecisions, WhatBecameOfACutThatUndoBringsBackIsSaidAndWritten) {
+  BandRun run;
+  run.RunTo(3);
+  const auto decide = [&](IntraoperativeDecision::Kind kind, int cut, const Points& line) {
+    IntraoperativeDecision decision;
+    decision.kind = kind;
+    decision.cut = cut;
+    decision.line = line;
+    decision.direction = Vec3(0, 0, -1);
+    const DecisionOutcome outcome = Decide(run.session.get(), &decision);
+    return std::pair(outcome, JournalLines(decision, outcome, run.State()));
+  };
+  using Kind = IntraoperativeDecision::Kind;
+  const Points through = AcrossBand(-30), beside = AcrossBand(200);
+  for (const bool meets : {true, false}) {
+    const auto [drawn, drawn_lines] = decide(Kind::DrawCut, -1, meets ? through : beside);
+    ASSERT_TRUE(drawn.done && drawn.cut);
+    EXPECT_EQ(drawn.cut->done, meets) << drawn.words;
+    ASSERT_EQ(drawn_lines.size(), 2u);
+    EXPECT_EQ(drawn_lines[1].first, meets ? "cut applied" : "cut refused");
+    const int cut = meets ? 0 : 1;
+    const auto [rejected, rejected_lines] = decide(Kind::RejectCut, cut, {});
+    ASSERT_TRUE(rejected.done);
+    EXPECT_EQ(rejected_lines.size(), 1u);
+    const auto [back, back_lines] = decide(Kind::Undo, -1, {});
+    ASSERT_TRUE(back.done && back.cut) << back.words;
+    EXPECT_EQ(back.words, meets ? "Undone: cut 1 is back: the model is cut."
+                                : "Undone: cut 2 is back, " + TextOf(*back.cut));
+    ASSERT_EQ(back_lines.size(), 2u);
+    EXPECT_EQ(back_lines[0].first, "undone");
+    EXPECT_EQ(back_lines[1].first, drawn_lines[1].first);
+    EXPECT_EQ(run.State().cuts[cut].in_model, meets);
+  }
 }
 
 TEST(CutDecisions, UndoTakesAnAutomaticCutOut) {
   BandRun run;
   const Index before = BandMesh(3000).TetCount();
   ASSERT_TRUE(run.RunToCut());
-  EXPECT_EQ(run.session->Undo(), "cut 1 taken out");
+  EXPECT_EQ(run.session->Undo().what, "cut 1 taken out");
   EXPECT_EQ(run.State().mesh.TetCount(), before);
 }
 
@@ -111,7 +148,7 @@ TEST(CutDecisions, OneOfTwoDrawnCutsIsTakenOut) {
   EXPECT_TRUE(two.manifold_boundary);
   run.Next();
   EXPECT_TRUE(run.State().positions.allFinite());
-  EXPECT_EQ(run.session->Undo(), "cut 1 is back");
+  EXPECT_EQ(run.session->Undo().what, "cut 1 is back");
   EXPECT_EQ(MeasureQuality(run.State().mesh, run.State().mesh.rest).components, 3);
 }
 
@@ -119,24 +156,30 @@ TEST(CutDecisions, ThreeCutsAreTakenOutInAnyOrderAndComeBack) {
   const auto pieces = [](const BandRun& run) {
     return MeasureQuality(run.State().mesh, run.State().mesh.rest).components;
   };
-  for (const std::array<int, 2>& order : {std::array{0, 1}, {1, 0}, {2, 0}, {0, 2}}) {
-    BandRun run;
-    run.RunTo(3);
-    for (const double x : {-30.0, 0.0, 30.0})
-      ASSERT_GE(run.session->DrawCut(AcrossBand(x), Vec3(0, 0, -1), 0, nullptr), 0);
-    ASSERT_EQ(pieces(run), 4);
-    int left = 3;
-    for (const int cut : order) {
-      ASSERT_TRUE(run.session->RejectCut(cut));
-      EXPECT_EQ(pieces(run), left--);
-      run.Next();
-      EXPECT_TRUE(run.State().positions.allFinite());
+  // Without grips there is no cutting anew: the model before the cut serves, and later ones again.
+  for (const bool grips : {true, false})
+    for (const std::array<int, 2>& order : {std::array{0, 1}, {1, 0}, {2, 0}, {0, 2}}) {
+      BandRun run(true, false, 1 << 20, 1 << 20, grips);
+      run.RunTo(3);
+      for (const double x : {-30.0, 0.0, 30.0})
+        ASSERT_GE(run.session->DrawCut(AcrossBand(x), Vec3(0, 0, -1), 0, nullptr), 0);
+      ASSERT_EQ(pieces(run), 4);
+      int left = 3;
+      for (const int cut : order) {
+        ASSERT_TRUE(run.session->RejectCut(cut));
+        EXPECT_EQ(pieces(run), left--);
+        const auto& cuts = run.State().cuts;
+        EXPECT_EQ(std::count_if(cuts.begin(), cuts.end(),
+                                [](const ModelCut& cut) { return cut.in_model; }),
+                  left);
+        run.Next();
+        EXPECT_TRUE(run.State().positions.allFinite());
+      }
+      for (int there = 3; there < 5; ++there) {
+        EXPECT_NE(run.session->Undo().what, "");
+        EXPECT_EQ(pieces(run), there);
+      }
     }
-    for (int there = 3; there < 5; ++there) {
-      EXPECT_NE(run.session->Undo(), "");
-      EXPECT_EQ(pieces(run), there);
-    }
-  }
 }
 
 TEST(CutDecisions, AnEndThatIsLedOverTheRimIsSaid) {
@@ -221,7 +264,7 @@ TEST(CutDecisions, NonsenseChangesNothing) {
   EXPECT_FALSE(run.session->AcceptCut(-3).done);
   EXPECT_EQ(run.session->DrawCut(Points(1, 3), Vec3::UnitZ(), 0, nullptr), -1);
   EXPECT_EQ(run.session->DrawCut(AcrossBand(0), Vec3::Zero(), 0, nullptr), -1);
-  EXPECT_EQ(run.session->Undo(), "");
+  EXPECT_EQ(run.session->Undo().what, "");
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ TEST(SnapshotMaker, WhatWasBeforeACutShowsNoCutThatWasTakenOutSince) {
   const auto rejected = maker.Make(frame, report, run.State());
   EXPECT_EQ(rejected->cuts[0].before, nullptr);
   EXPECT_EQ(rejected->cuts[1].before, uncut);
-  EXPECT_NE(run.session->Undo(), "");
+  EXPECT_NE(run.session->Undo().what, "");
   EXPECT_EQ(maker.Make(frame, report, run.State())->cuts[1].before, one);
 }
 

@@ -142,7 +142,7 @@ TEST(Worker, AProposalIsAcceptedRejectedAndUndone) {
   ASSERT_TRUE(scene.Sees(5, [&](const auto& s) {
     return s.cuts[0].state == CutItem::State::Applied && s.tetrahedra > before;
   }));
-  EXPECT_EQ(scene.worker->Latest()->said, "Undone: cut 1 is back.");
+  EXPECT_EQ(scene.worker->Latest()->said, "Undone: cut 1 is back: the model is cut.");
   scene.worker->Stop();
   EXPECT_TRUE(scene.log->finished);
   for (const char* event : {"cut accepted", "cut rejected", "undone"})

@@ -7,6 +7,7 @@
 #include "CaseIO/Markups.h"
 #include "Core/Errors.h"
 #include "DeskScene.h"
+#include "Pipelines/ReplayPipeline.h"
 #include "Pipelines/SessionPlayback.h"
 #include "Session/ResectionFiles.h"
 
@@ -65,6 +66,18 @@ TEST(Desk, ABrokenCaseAndAWrongCameraFileChangeNothing) {
   std::ofstream(phantom.Folder() + "/organ.vtu", std::ios::binary) << "broken";
   EXPECT_THROW(IntraoperativeDesk::ReadPlanned(phantom.Folder()), InputError);
   EXPECT_TRUE(desk.HasCase());
+}
+
+/// What a journal says of cuts, with the frames.
+std::vector<std::string> CutsOf(const std::string& folder) {
+  std::vector<std::string> cuts;
+  for (const JournalEntry& entry : ReadJournal(folder + "/journal.jsonl")) {
+    if (entry.event.rfind("cut ", 0) != 0) continue;
+    std::string line = std::to_string(entry.frame) + ' ' + entry.event;
+    for (const double x : entry.Numbers("point_rest_mm")) line += ' ' + std::to_string(x);
+    cuts.push_back(line);
+  }
+  return cuts;
 }
 
 TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
@@ -134,6 +147,13 @@ TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
         EXPECT_GT(entry.Number(key).value_or(0), 0) << key;
     }
   EXPECT_TRUE(reported);
+  ReplayRequest again;
+  again.study = session;
+  again.results = phantom.Folder() + "/replayed";
+  again.render = false;
+  Progress silent;
+  Replay(again, silent);
+  EXPECT_EQ(CutsOf(again.results), CutsOf(session));
   // Any order gives the same.
   const auto late = playback.At(playback.FrameCount() - 1), early = playback.At(2);
   EXPECT_TRUE(playback.At(playback.FrameCount() - 1)->organ.points == late->organ.points);
