@@ -36,6 +36,7 @@ class ElementField {
   struct Patch {
     std::vector<Index> new_vertices;  ///< inner vertices that are new (or elsewhere at rest)
     std::vector<std::array<Index, 4>> parents;  ///< theirs, in the inner numbers before
+    std::vector<Index> origins;                 ///< the parent of most weight: of a copy, its only
     std::vector<Index> chunks;                  ///< rebuilt chunks
   };
 

@@ -63,6 +63,9 @@ void ElementField::RenumberVertices(const TopologyChange& change, Patch* patch) 
     std::array<Index, 4> parents;
     for (int k = 0; k < 4; ++k) parents[k] = inner_of_outer_[change.vertex_parents[v][k]];
     patch->parents.push_back(parents);
+    int heaviest = 0;
+    change.vertex_weights.row(v).maxCoeff(&heaviest);
+    patch->origins.push_back(parents[heaviest]);
   }
   inner_of_outer_ = std::move(inner_of_outer);
   outer_of_inner_.assign(used, -1);

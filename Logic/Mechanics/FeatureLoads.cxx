@@ -147,7 +147,7 @@ double FeatureLoads::FitRigid(const std::vector<double>& x, Eigen::Isometry3d* w
 
 double FeatureLoads::EnergyAt(double distance_mm) const {
   double stiffness = 0.0;
-  for (const Load& load : loads_) stiffness += load.stiffness;
+  for (std::size_t l = 0; l < attached_tet_.size(); ++l) stiffness += loads_[l].stiffness;
   return 0.5 * stiffness * distance_mm * distance_mm;
 }
 

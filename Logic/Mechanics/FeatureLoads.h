@@ -35,7 +35,8 @@ class FeatureLoads {
   /// the rigid part of Eq. (5). Evaluates at the result. @return energy, nJ
   double FitRigid(const std::vector<double>& x, Eigen::Isometry3d* world_from_inner);
 
-  /// What the loads hold that are drawn out by this much, nJ.
+  /// What the springs hold that are drawn out by this much, nJ; fixations are not counted: they are
+  /// as stiff as they have to be.
   double EnergyAt(double distance_mm) const;
 
   const std::vector<Load>& Loads() const { return loads_; }

@@ -11,7 +11,7 @@ constexpr int kMaxNewtonSteps = 12;
 constexpr int kMaxCgIterations = 80;
 constexpr int kMaxHalvings = 10;
 constexpr double kVertexToleranceMm = 0.05;
-/// The iteration sees the lower end of the spectrum from above.
+/// Of the estimate of what vertices are off.
 constexpr double kErrorSafety = 1.0;
 /// Part of the tolerance that a linear solve may leave. The vertices need more of it the lower the
 /// spectrum reaches, by the root of that: their tolerance, not the energy's, is the narrow one.
@@ -229,9 +229,10 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
     double gap = kGapSafety * 0.5 * start / lowest_ratio_;
     // Close to rest the energy is next to nothing. A further step is not worth it for less than
     // what matters beside springs drawn out by the tolerance of vertices.
+    const double floor = options.tolerance * loads_.EnergyAt(kVertexToleranceMm);
     double allowed = options.tolerance * energy;
     if (report->steps > 0) {
-      allowed += options.tolerance * loads_.EnergyAt(kVertexToleranceMm);
+      allowed += floor;
       if (gap > allowed) gap = GapAfter(solve, start);
     }
     // Likewise for the vertices, whose error M⁻¹r understates by about the root of that.
@@ -245,8 +246,9 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
                             ? kEnergyPart * lowest_ratio_
                             : kLinearPart * std::sqrt(lowest_ratio_);
     const double enough = std::min(part * options.tolerance * energy, kLeastReduction * start);
-    solve = SolveLinear(start, anchor_curvature,
-                        {energy, enough, options.tolerance, std::min(left, kMaxCgIterations)});
+    solve =
+        SolveLinear(start, anchor_curvature,
+                    {energy, enough, options.tolerance, floor, std::min(left, kMaxCgIterations)});
     report->cg_iterations += solve.iterations;
     // The quadratic model loses about ½ rᵀM⁻¹r; a step must keep a part of that.
     const double margin = 1e-5 * energy;  // rounding of the single-precision energy

@@ -52,6 +52,7 @@ class KerfSolver final : public ElasticSolver {
     double energy_nJ = 0.0;  ///< at its start
     double enough_nJ = 0.0;  ///< rᵀM⁻¹r
     double tolerance = 0.0;  ///< of the energy gap, relative
+    double floor_nJ = 0.0;   ///< of the energy gap, added to it
     int most_iterations = 0;
   };
   /// Conjugate gradient for step_, from the residual; the first preconditioning and direction are

@@ -17,6 +17,8 @@ constexpr Index kMostOff = 40;
 constexpr int kPatchRings = 2;
 /// Relative reduction of the energy norm of the residual per linear solve.
 constexpr double kCgReduction = 0.003;
+/// Of rᵀM⁻¹r: what is left then is rounding, whatever the goal.
+constexpr double kNothingLeft = 1e-10;
 /// Part of the energy's tolerance that a linear solve may leave, by the bound of its iteration.
 constexpr double kGapPart = 0.25;
 
@@ -193,9 +195,10 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_c
   const auto enough = [&] {
     if (rz > target) return false;
     measure(Eigen::EigenvaluesOnly);
-    return solve.gap_nJ <= kGapPart * goal.tolerance * (goal.energy_nJ - gained);
+    return solve.gap_nJ <=
+           kGapPart * (goal.tolerance * std::max(0.0, goal.energy_nJ - gained) + goal.floor_nJ);
   };
-  while (solve.iterations < goal.most_iterations && rz > 0.0) {
+  while (solve.iterations < goal.most_iterations && rz > kNothingLeft * start_nJ) {
     // Chunk `chunks` stands for the springs.
     const double curvature =
         anchor_curvature + workers_.SumChunks(chunks + 1, 1, [&](Index c, Index) {

@@ -31,7 +31,7 @@ void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec
   factored_anchor_.resize(field.VertexCount(), 0.0f);
   factored_.resize(field.VertexCount(), 0.0f);
   std::vector<Index> origin;
-  for (const std::array<Index, 4>& parents : patch.parents) origin.push_back(origin_[parents[0]]);
+  for (const Index parent : patch.origins) origin.push_back(origin_[parent]);
   origin_.resize(field.VertexCount());
   for (std::size_t i = 0; i < origin.size(); ++i) origin_[patch.new_vertices[i]] = origin[i];
   RefreshDiagonal(workers, field, patch.chunks);

@@ -74,6 +74,17 @@ TEST_F(Fields, SurroundingsAreTheVerticesThatTetrahedraConnect) {
   }
 }
 
+// A cutter may write a copy as a corner of a tetrahedron: the original is not the first parent.
+TEST_F(Fields, ACopyStemsFromTheParentOfAllItsWeight) {
+  TopologyChange change = testing::SplitVertex(mesh_, 41, Vec3(1, 0, 0), false);
+  ASSERT_TRUE(change.changed);
+  change.vertex_parents.back() = {7, 9, 41, 12};
+  change.vertex_weights.row(mesh_.VertexCount()) << 0, 0, 1, 0;
+  const Index original = field_.Inner(41);
+  const ElementField::Patch patch = field_.Apply(workers_, change.mesh, SoftTissue(), change);
+  EXPECT_EQ(patch.origins, std::vector<Index>{original});
+}
+
 TEST_F(Fields, AnExcerptHasTheForcesOfTheWholeAtItsVertices) {
   const std::vector<Index> vertices = field_.Surroundings({41}, 2);
   ElementField::Excerpt excerpt;
