@@ -131,7 +131,8 @@ SeparationReport OpenFacesOnS(const SurfaceIndex& surface, CutPatch* patch) {
     Pieces pieces(opening.patch);
     const int piece_count = pieces.Count();
     std::vector<char> chip(patch->tets.size(), 0);
-    if (piece_count > 1) report.chips += MarkChips(opening.patch, &pieces, &chip);
+    if (piece_count > 1)  // those left of the pass before are counted again
+      report.chips = std::max(report.chips, MarkChips(opening.patch, &pieces, &chip));
     const Index closed_before = report.closed;
     for (FaceOnS& face : faces) {
       if (!face.open) continue;

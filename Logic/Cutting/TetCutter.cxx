@@ -1,6 +1,7 @@
 #include "Cutting/TetCutter.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <numeric>
 #include <optional>
@@ -42,7 +43,14 @@ void ThrowIfBroken(const TetMesh& mesh, const CutSurface& surface, const Points*
 
 }  // namespace
 
-TetCutter::TetCutter(CutOptions options) : options_(options) {}
+TetCutter::TetCutter(CutOptions options) : options_(options) {
+  for (const double option :
+       {options.snap_fraction, options.min_dihedral_deg, options.min_volume_share,
+        options.max_new_vertices, options.max_new_tets})
+    if (!std::isfinite(option) || option < 0.0)
+      throw UsageError("cutting: an option is negative or not a number");
+  if (options.rounds < 1) throw UsageError("cutting: no round");
+}
 
 TopologyChange TetCutter::Cut(const TetMesh& mesh, const CutSurface& surface, CutReport* report,
                               const Points* positions) {

@@ -46,6 +46,7 @@ struct CutReport {
 /// after the other, so that they may cross.
 class TetCutter {
  public:
+  /// @throws UsageError where an option is negative or not a number
   explicit TetCutter(CutOptions options = {});
   /// Cuts `mesh` along `surface`, the whole separation surface so far: parts that are already
   /// separated are skipped.

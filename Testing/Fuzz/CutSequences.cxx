@@ -380,6 +380,7 @@ CutSequenceResult RunCutSequence(const CutSequence& sequence) {
         problem += "refused, but changed; ";
       if (report.reason.empty()) problem += "refused without a reason; ";
       result.refused += report.reason.find("well shaped") != std::string::npos;
+      result.partial += report.partial;
     } else {
       ++result.done;
       result.partial += report.partial;

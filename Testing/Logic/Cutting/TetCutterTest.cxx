@@ -66,6 +66,15 @@ TEST(TetCutter, CompleteCutGivesTwoPieces) {
   EXPECT_NEAR(c.report.cut_area_mm2, 400, 1e-6);
 }
 
+TEST(TetCutter, OptionsThatMeanNothingAreRefused) {
+  CutOptions options;
+  options.max_new_tets = -1;
+  EXPECT_THROW(TetCutter{options}, UsageError);
+  options = {};
+  options.min_volume_share = std::nan("");
+  EXPECT_THROW(TetCutter{options}, UsageError);
+}
+
 TEST(TetCutter, HalfCutStaysInOnePiece) {
   Case c(SphereMesh(30, 5));
   c.Cut(PlaneX(1.3, 2));
