@@ -83,7 +83,7 @@ GripFit Regripped(const GripFit& fit, const std::vector<double>& factors);
 /// @param rest of the mesh that `fit` belongs to
 GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Points& rest);
 
-/// `mesh` was cut: the organ under the grips is, and so it is not in equilibrium any more.
+/// The mesh was cut: the organ under the grips is, and so it is not in equilibrium any more.
 void FollowCut(const TopologyChange& change, GripFit* fit);
 
 /// Vertices in a region.

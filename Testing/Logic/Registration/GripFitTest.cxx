@@ -179,6 +179,36 @@ TEST(GripFit, AHugeStretchIsBeyondTheLaw) {
   EXPECT_EQ(model.state.grips.trust, 0.0);
 }
 
+// Sensitivities of the whole organ go over to the copies of vertices as positions do, and the fit
+// goes on from there.
+TEST(GripFit, ACutThatComesLaterIsFollowed) {
+  const ModelCut cut = CutTo(4.0, 0);
+  const Points truth = Truth(&cut, 1.0);
+  Model before(&cut), later;
+  before.Follow(Seen(truth));
+  later.Follow(Seen(Truth(nullptr, 0.4)), 15);
+  RegistrationState& state = later.state;
+  const TopologyChange change = later.cutter.Cut(state.mesh, cut.surface);
+  ASSERT_TRUE(change.changed);
+  const std::vector<std::shared_ptr<const Points>> fields = state.grips.fields;
+  ASSERT_EQ(fields.size(), 12u);
+  later.solver->Apply(change);
+  FollowCut(change, &state.grips);
+  EXPECT_FALSE(state.grips.settled);
+  state.bound.embedding = change.MapEmbedding(state.bound.embedding, state.mesh);
+  state.mesh = change.mesh;
+  for (int column = 0; column < 12; ++column) {
+    ASSERT_EQ(state.grips.fields[column]->rows(), change.mesh.VertexCount());
+    for (Index v = 0; v < change.mesh.VertexCount(); ++v)
+      if (change.vertex_weights(v, 0) == 1.0) {
+        ASSERT_EQ(state.grips.fields[column]->row(v),
+                  fields[column]->row(change.vertex_parents[v][0]));
+      }
+  }
+  later.Follow(Seen(truth));
+  EXPECT_LT(later.MeanError_mm(truth), before.MeanError_mm(truth) + 0.1);
+}
+
 TEST(GripFit, TooFewFeaturesSayNothing) {
   Model model;
   std::fill(model.usable.begin() + 8, model.usable.end(), 0);
