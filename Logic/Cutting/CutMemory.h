@@ -27,7 +27,7 @@ struct CutProgress {
   std::vector<char> waiting;  ///< S stayed uncut there, and it is not tried again now
 
   /// Where S stayed uncut it is tried again with every increment that comes within `near_mm`, and
-  /// when nothing is new: not for ever, and at a cost that follows what is left.
+  /// when nothing is new, at a cost that follows what is left.
   /// @param memory null: all is new
   CutProgress(const CutSurface& surface, const CutMemory* memory, double near_mm);
   bool Waits() const;

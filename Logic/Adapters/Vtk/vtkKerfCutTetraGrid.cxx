@@ -79,6 +79,9 @@ int vtkKerfCutTetraGrid::RequestData(vtkInformation*, vtkInformationVector** inp
     kerf::CutOptions options;
     options.snap_fraction = this->SnapFraction;
     options.min_dihedral_deg = this->MinimumDihedralAngle;
+    options.min_volume_share = this->MinimumVolumeShare;
+    options.max_new_vertices = this->MaximumNewVertices;
+    options.max_new_tets = this->MaximumNewTetrahedra;
     const kerf::TopologyChange change =
         kerf::TetCutter(options).Cut(mesh, {s.points, s.triangles}, &this->Report, &positions);
     cut->ShallowCopy(kerf::ToVtk(change.mesh, change.MapVertexField(positions)));
@@ -95,6 +98,9 @@ void vtkKerfCutTetraGrid::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "SnapFraction: " << this->SnapFraction << "\n"
      << indent << "MinimumDihedralAngle: " << this->MinimumDihedralAngle << "\n"
+     << indent << "MinimumVolumeShare: " << this->MinimumVolumeShare << "\n"
+     << indent << "MaximumNewVertices: " << this->MaximumNewVertices << "\n"
+     << indent << "MaximumNewTetrahedra: " << this->MaximumNewTetrahedra << "\n"
      << indent << "Cut: " << this->Report.done << "\n"
      << indent << "Partial: " << this->Report.partial << "\n"
      << indent << "Reason: " << this->Report.reason << "\n"

@@ -53,6 +53,24 @@ TEST(CutTetraGrid, CutsADeformedGridAndCarriesArraysOver) {
   EXPECT_EQ(number->GetNumberOfTuples(), out.TetCount());
 }
 
+TEST(CutTetraGrid, BoundsThatCannotBeKeptRefuseTheCut) {
+  const TetMesh mesh = SphereMesh(30, 4);
+  vtkNew<vtkKerfCutTetraGrid> filter;
+  filter->SetInputData(ToVtk(mesh));
+  filter->SetSurfaceData(PlaneX(1.3));
+  filter->SetMaximumNewVertices(0.0);
+  filter->Update();
+  EXPECT_FALSE(filter->GetCut());
+  EXPECT_NE(std::string(filter->GetReason()), "");
+  filter->SetMaximumNewVertices(4.0);
+  filter->SetMinimumVolumeShare(0.9);
+  filter->Update();
+  EXPECT_FALSE(filter->GetCut());
+  filter->SetMinimumVolumeShare(1e-5);
+  filter->Update();
+  EXPECT_TRUE(filter->GetCut()) << filter->GetReason();
+}
+
 TEST(CutTetraGrid, OutputCanBeCutAgain) {
   const TetMesh mesh = SphereMesh(30, 4);
   vtkNew<vtkKerfCutTetraGrid> first, second, third;
