@@ -12,7 +12,7 @@ struct CutOptions {
   double snap_fraction =
       0.3;  ///< a vertex nearer to S than this fraction of its edge is moved onto S
   double min_dihedral_deg = 3.0;   ///< guarantee at rest
-  double min_volume_share = 1e-5;  ///< guarantee: of the mean tetrahedron of the mesh handed in
+  double min_volume_share = 1e-7;  ///< guarantee: of the mean tetrahedron of the mesh handed in
   double max_new_vertices = 4;     ///< guarantee: for each of CutReport::crossed_tets
   double max_new_tets = 8;         ///< guarantee: for each of CutReport::crossed_tets
   int rounds = 3;        ///< what is cut may leave S to cut through elements that it only entered

@@ -32,7 +32,7 @@ class vtkKerfCutTetraGrid : public vtkUnstructuredGridAlgorithm {
   /// Smallest dihedral angle at rest, degrees, that a cut must leave (default 3).
   vtkSetClampMacro(MinimumDihedralAngle, double, 0.0, 20.0);
   vtkGetMacro(MinimumDihedralAngle, double);
-  /// Smallest tetrahedron that a cut may make, in mean tetrahedra of the grid (default 1e-5).
+  /// Smallest tetrahedron that a cut may make, in mean tetrahedra of the grid (default 1e-7).
   vtkSetClampMacro(MinimumVolumeShare, double, 0.0, 1.0);
   vtkGetMacro(MinimumVolumeShare, double);
   /// Most vertices and tetrahedra added for each tetrahedron with something to cut (default 4, 8).
@@ -61,7 +61,7 @@ class vtkKerfCutTetraGrid : public vtkUnstructuredGridAlgorithm {
 
   double SnapFraction = 0.3;
   double MinimumDihedralAngle = 3.0;
-  double MinimumVolumeShare = 1e-5;
+  double MinimumVolumeShare = 1e-7;
   double MaximumNewVertices = 4.0;
   double MaximumNewTetrahedra = 8.0;
   kerf::CutReport Report;

@@ -66,7 +66,7 @@ TEST(CutTetraGrid, BoundsThatCannotBeKeptRefuseTheCut) {
   filter->SetMinimumVolumeShare(0.9);
   filter->Update();
   EXPECT_FALSE(filter->GetCut());
-  filter->SetMinimumVolumeShare(1e-5);
+  filter->SetMinimumVolumeShare(1e-7);
   filter->Update();
   EXPECT_TRUE(filter->GetCut()) << filter->GetReason();
 }
