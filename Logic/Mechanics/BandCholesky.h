@@ -31,7 +31,8 @@ class BandCholesky {
   /// the diagonal, its transpose. On the diagonal the block is symmetric.
   void AddBlock(Index row, Index column, const float block[9]);
   /// Factors the block rows from this one on; those before are factored.
-  /// @return their smallest pivot relative to the diagonal, 0 if one was dropped
+  /// @return their smallest pivot relative to the diagonal, 0 if one was dropped; rows without a
+  /// diagonal are not counted
   float Factor(Index from_block = 0);
   /// x = A⁻¹ x, array of 8·Blocks() floats.
   void Solve(float* x) const;

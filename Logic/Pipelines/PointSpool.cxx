@@ -34,7 +34,12 @@ PointSpool::PointSpool() {
   if (file < 0) Fail("cannot be made");
   unlink(path.c_str());
   file_.reset(fdopen(file, "w+b"));
-  if (!file_) Fail("cannot be made");
+  if (!file_) {
+    const int why = errno;
+    close(file);
+    errno = why;
+    Fail("cannot be made");
+  }
 }
 
 PointSpool::Place PointSpool::Put(const Points& points) {

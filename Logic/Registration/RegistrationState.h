@@ -18,10 +18,10 @@ namespace kerf {
 
 /// One cut of the model.
 struct ModelCut {
-  CutPolygon polygon;  ///< evidence and committed line (reference method)
-  CutPolyline line;    ///< committed line on the rest surface, mm
-  Points redrawn;      ///< M×3, as the evidence drew it when last there was enough, mm
-  CutSurface surface;  ///< S so far, at rest
+  CutPolygon polygon;              ///< evidence and committed line (reference method)
+  CutPolyline line;                ///< committed line on the rest surface, mm
+  Points redrawn;                  ///< M×3, as the evidence drew it when last there was enough, mm
+  CutSurface surface;              ///< S so far, at rest
   Vec3 direction = Vec3::UnitZ();  ///< of the extrusion, unit, into the tissue
   Vec3 view = Vec3::UnitZ();       ///< along which the line is seen on the organ, unit
   int detected_frame = -1;

@@ -31,7 +31,7 @@ struct CutSequenceResult {
   int complete = 0, missed_separations = 0;  ///< complete cuts, and those that left tissue joined
   int complete_across = 0, missed_across = 0;
   double smallest_dihedral_deg = 180, smallest_deformed_deg = 180;
-  double smallest_volume_share = 1;  ///< in mean tetrahedra of the mesh that was cut
+  double smallest_volume_share = 1;                 ///< in mean tetrahedra of the mesh that was cut
   double most_new_vertices = 0, most_new_tets = 0;  ///< for each tetrahedron with something to cut
   int chips = 0;
   std::string failure;  ///< empty: every guarantee held after every increment

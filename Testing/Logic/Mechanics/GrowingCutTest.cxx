@@ -31,6 +31,14 @@ std::vector<std::pair<double, Index>> Seam(const TetMesh& mesh) {
   return seam;
 }
 
+/// The cut grows by five vertices of the seam.
+TopologyChange Grow(const TetMesh& mesh, const std::vector<std::pair<double, Index>>& seam,
+                    int frame) {
+  std::vector<Index> front;
+  for (int i = 5 * frame; i < 5 * frame + 5; ++i) front.push_back(seam[i].second);
+  return testing::OpenPlane(mesh, front, Vec3::UnitX(), 3.0);
+}
+
 /// A field that is linearized at a bent shape.
 class Fields : public ::testing::Test {
  protected:
@@ -207,9 +215,7 @@ TEST(GrowingCut, TheCoarseFactorThatGrewIsThatOfAllFunctionsFactoredAnew) {
   std::normal_distribution<float> normal;
   int grown = 0;
   for (int frame = 0; frame < 20; ++frame) {
-    std::vector<Index> front;
-    for (int i = 5 * frame; i < 5 * frame + 5; ++i) front.push_back(seam[i].second);
-    const TopologyChange change = testing::OpenPlane(mesh, front, Vec3::UnitX(), 3.0);
+    const TopologyChange change = Grow(mesh, seam, frame);
     springs.at = change.MapEmbedding(springs.at, mesh);
     mesh = change.mesh;
     const ElementField::Patch patch = field.Apply(workers, mesh, SoftTissue(), change);
@@ -252,9 +258,7 @@ TEST(GrowingCut, TakesOneStepOfTheWholeMeshAFrameAndStaysWithinTolerance) {
   tight.tolerance = 1e-7;
   int steps = 0;
   for (int frame = 0; frame < 25; ++frame) {
-    std::vector<Index> front;
-    for (int i = 5 * frame; i < 5 * frame + 5; ++i) front.push_back(seam[i].second);
-    const TopologyChange change = testing::OpenPlane(mesh, front, Vec3::UnitX(), 3.0);
+    const TopologyChange change = Grow(mesh, seam, frame);
     springs.at = change.MapEmbedding(springs.at, mesh);
     positions = change.MapVertexField(positions);
     mesh = change.mesh;
