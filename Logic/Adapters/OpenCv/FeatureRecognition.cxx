@@ -44,7 +44,9 @@ void FeatureRecognition::FollowAlone(bool consistent, const Eigen::Vector2f& flo
 
 Alignment FeatureRecognition::Align(const TrackerImages& image, const FeatureTrack& track,
                                     int iterations, AffineWarp* warp) const {
-  const float radius = 2.0F * static_cast<float>(options_.patch_half_px);
+  // As far as the warped patch reaches, and a pixel for rounding.
+  const float reach = warp->A.cwiseAbs().rowwise().sum().maxCoeff();
+  const float radius = reach * static_cast<float>(options_.patch_half_px) + 1.0F;
   return track.patch.Align(image.Smooth(), image.ExcludedNear(warp->t, radius), iterations, warp);
 }
 
@@ -52,8 +54,8 @@ std::optional<Sighting> FeatureRecognition::Find(const TrackerImages& image,
                                                  const FeatureTrack& track) const {
   AffineWarp best;
   float best_correlation = 0.5F;
-  for (int dy = -6; dy <= 6; dy += 2)
-    for (int dx = -6; dx <= 6; dx += 2) {
+  for (int dy = -6; dy <= 6; dy += 3)
+    for (int dx = -6; dx <= 6; dx += 3) {
       AffineWarp warp = track.warp;
       warp.t += Eigen::Vector2f(static_cast<float>(dx), static_cast<float>(dy)) - image.Origin();
       const Alignment seen = Align(image, track, 0, &warp);

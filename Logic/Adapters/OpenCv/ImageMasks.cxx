@@ -13,6 +13,16 @@ constexpr int kShrink = 4;
 
 }  // namespace
 
+Components ComponentsOf(const cv::Mat& mask, int connectivity) {
+  Components parts;
+  parts.area.assign(cv::connectedComponents(mask, parts.labels, connectivity), 0);
+  for (int y = 0; y < mask.rows; ++y) {
+    const int* label = parts.labels.ptr<int>(y);
+    for (int x = 0; x < mask.cols; ++x) ++parts.area[label[x]];
+  }
+  return parts;
+}
+
 cv::Mat FindInstruments(const cv::Mat& bgr) {
   const cv::Size small_size((bgr.cols + kShrink - 1) / kShrink, (bgr.rows + kShrink - 1) / kShrink);
   cv::Mat small, grey_pixels(small_size, CV_8U, cv::Scalar(0));
@@ -32,22 +42,22 @@ cv::Mat FindInstruments(const cv::Mat& bgr) {
   }
   cv::morphologyEx(grey_pixels, grey_pixels, cv::MORPH_CLOSE,
                    cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
-  cv::Mat labels, stats, centroids;
-  const int count = cv::connectedComponentsWithStats(grey_pixels, labels, stats, centroids, 8);
+  const auto [labels, areas] = ComponentsOf(grey_pixels, 8);
+  std::vector<char> at_border(areas.size(), 0);
+  for (int x = 0; x < small.cols; ++x)
+    at_border[labels.at<int>(0, x)] = at_border[labels.at<int>(small.rows - 1, x)] = 1;
+  for (int y = 0; y < small.rows; ++y)
+    at_border[labels.at<int>(y, 0)] = at_border[labels.at<int>(y, small.cols - 1)] = 1;
   // Tools come in from the border; clamps and clips lie free, but are larger than a dark spot on
   // tissue. A background that is grey itself covers most of the border; a tool never covers half
   // the image.
   enum : std::uint8_t { kNothing, kTool, kFree };
-  std::vector<std::uint8_t> kind(count, kNothing);
+  std::vector<std::uint8_t> kind(areas.size(), kNothing);
   const int image_area = small.rows * small.cols;
-  for (int label = 1; label < count; ++label) {
-    const int x = stats.at<int>(label, cv::CC_STAT_LEFT), y = stats.at<int>(label, cv::CC_STAT_TOP);
-    const int w = stats.at<int>(label, cv::CC_STAT_WIDTH);
-    const int h = stats.at<int>(label, cv::CC_STAT_HEIGHT);
-    const int area = stats.at<int>(label, cv::CC_STAT_AREA);
-    const bool at_border = x == 0 || y == 0 || x + w == small.cols || y + h == small.rows;
+  for (std::size_t label = 1; label < areas.size(); ++label) {
+    const int area = areas[label];
     if (area > image_area / 2 || area < image_area / 600) continue;
-    if (at_border)
+    if (at_border[label])
       kind[label] = kTool;
     else if (area >= image_area / 300)
       kind[label] = kFree;
@@ -55,9 +65,11 @@ cv::Mat FindInstruments(const cv::Mat& bgr) {
   cv::Mat tools(small_size, CV_8U), free_lying(small_size, CV_8U);
   for (int y = 0; y < small.rows; ++y) {
     const int* label = labels.ptr<int>(y);
+    std::uint8_t* tool = tools.ptr<std::uint8_t>(y);
+    std::uint8_t* free = free_lying.ptr<std::uint8_t>(y);
     for (int x = 0; x < small.cols; ++x) {
-      tools.at<std::uint8_t>(y, x) = kind[label[x]] == kTool ? 255 : 0;
-      free_lying.at<std::uint8_t>(y, x) = kind[label[x]] == kFree ? 255 : 0;
+      tool[x] = kind[label[x]] == kTool ? 255 : 0;
+      free[x] = kind[label[x]] == kFree ? 255 : 0;
     }
   }
   // A clamp touches the tissue it holds: thin outgrowths along dark spots are not part of it.

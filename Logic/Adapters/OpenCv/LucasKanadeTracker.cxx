@@ -1,5 +1,8 @@
 #include "Adapters/OpenCv/LucasKanadeTracker.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -19,6 +22,17 @@ namespace {
 
 cv::Point2f ToCv(const Eigen::Vector2f& p) { return {p.x(), p.y()}; }
 Eigen::Vector2f FromCv(const cv::Point2f& p) { return {p.x, p.y}; }
+
+/// work(begin, end) over parts of [0, count). In the caller's arena: OpenCV's loops run in one of
+/// their own, to which threads take a while to move.
+template <class Work>
+void ForParts(int count, const Work& work) {
+  constexpr int kPart = 16;
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, count, kPart),
+      [&](const tbb::blocked_range<int>& range) { work(range.begin(), range.end()); },
+      tbb::simple_partitioner());
+}
 
 class LucasKanadeTracker : public VideoTracker {
  public:
@@ -161,6 +175,26 @@ class LucasKanadeTracker : public VideoTracker {
     return static_cast<int>(started.size());
   }
 
+  /// Pyramidal Lucas–Kanade of some points from one image to another.
+  void Flow(const TrackerImages& one, const TrackerImages& other,
+            const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>* to,
+            std::vector<std::uint8_t>* found) const {
+    const cv::Size window(options_.window_px, options_.window_px);
+    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02);
+    to->resize(from.size());
+    found->resize(from.size());
+    ForParts(static_cast<int>(from.size()), [&](int begin, int end) {
+      const std::vector<cv::Point2f> part(from.begin() + begin, from.begin() + end);
+      std::vector<cv::Point2f> part_to;
+      std::vector<std::uint8_t> part_found;
+      std::vector<float> ignored;
+      cv::calcOpticalFlowPyrLK(one.Pyramid(), other.Pyramid(), part, part_to, part_found, ignored,
+                               window, options_.levels, until, 0, 1e-4);
+      std::copy(part_to.begin(), part_to.end(), to->begin() + begin);
+      std::copy(part_found.begin(), part_found.end(), found->begin() + begin);
+    });
+  }
+
   /// Lucas–Kanade there and back, then the reference patch, for every feature that was seen in the
   /// last frame.
   void Follow() {
@@ -174,23 +208,15 @@ class LucasKanadeTracker : public VideoTracker {
     motion_.assign(tracks_.size(),
                    Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
     if (rows.empty()) return;
-    const cv::Size window(options_.window_px, options_.window_px);
-    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.02);
     std::vector<std::uint8_t> found;
-    std::vector<float> ignored;
-    cv::calcOpticalFlowPyrLK(previous_.Pyramid(), current_.Pyramid(), from, to, found, ignored,
-                             window, options_.levels, until, 0, 1e-4);
+    Flow(previous_, current_, from, &to, &found);
     std::vector<Settled> settled(rows.size());
-    const auto for_all = [&](const std::vector<int>& list, const auto& work) {
-      cv::parallel_for_(cv::Range(0, static_cast<int>(list.size())), [&](const cv::Range& range) {
-        for (int k = range.start; k < range.end; ++k) work(list[k]);
-      });
-    };
     std::vector<int> all(rows.size());
     std::iota(all.begin(), all.end(), 0);
-    for_all(all, [&](int k) {
-      settled[k] =
-          recognition_.Settle(current_, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
+    ForParts(static_cast<int>(rows.size()), [&](int begin, int end) {
+      for (int k = begin; k < end; ++k)
+        settled[k] =
+            recognition_.Settle(current_, FromCv(to[k]) + current_.Origin(), &tracks_[rows[k]]);
     });
 
     // The way back is the check for those that do not look like their reference; recognition is the
@@ -203,9 +229,7 @@ class LucasKanadeTracker : public VideoTracker {
         doubtful_to.push_back(to[k]);
       }
     std::vector<std::uint8_t> found_back;
-    if (!doubtful.empty())
-      cv::calcOpticalFlowPyrLK(current_.Pyramid(), previous_.Pyramid(), doubtful_to, back,
-                               found_back, ignored, window, options_.levels, until, 0, 1e-4);
+    Flow(current_, previous_, doubtful_to, &back, &found_back);
     const float limit = static_cast<float>(options_.forward_backward_px);
     for (std::size_t d = 0; d < doubtful.size(); ++d) {
       const int k = doubtful[d];
@@ -254,9 +278,7 @@ class LucasKanadeTracker : public VideoTracker {
     std::vector<int> turn;
     for (int k = 0; k < tries; ++k) turn.push_back(rows[(next_try_ + k) % rows.size()]);
     next_try_ += tries;
-    cv::parallel_for_(cv::Range(0, tries), [&](const cv::Range& range) {
-      for (int k = range.start; k < range.end; ++k) FindAgain(turn[k], views);
-    });
+    tbb::parallel_for(0, tries, [&](int k) { FindAgain(turn[k], views); });
   }
 
   void FindAgain(int row, const std::vector<NeighbourView>& views) {

@@ -24,12 +24,35 @@ constexpr float kReach_px = 45.0F, kFade_px = 15.0F;
 /// Colours are learnt this far from the model's outline, px of the full image.
 constexpr float kCertain_px = 12.0F;
 
+/// cv::INTER_AREA, to the bit; its loops for this factor are not vectorized.
+void Shrink(const cv::Mat& bgr, const cv::Size& size, cv::Mat* out) {
+  if (kShrink * size.width != bgr.cols || kShrink * size.height != bgr.rows) {
+    cv::resize(bgr, *out, size, 0, 0, cv::INTER_AREA);
+    return;
+  }
+  out->create(size, CV_8UC3);
+  constexpr unsigned kArea = kShrink * kShrink;
+  const int row_length = 3 * kShrink * size.width;
+  std::vector<std::uint16_t> sum(row_length);
+  for (int y = 0; y < size.height; ++y) {
+    const std::uint8_t* row[kShrink];
+    for (int k = 0; k < kShrink; ++k) row[k] = bgr.ptr<std::uint8_t>(kShrink * y + k);
+    for (int i = 0; i < row_length; ++i)
+      sum[i] = static_cast<std::uint16_t>(row[0][i] + row[1][i] + row[2][i]);
+    std::uint8_t* mean = out->ptr<std::uint8_t>(y);
+    for (int x = 0; x < size.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        const std::uint16_t* s = sum.data() + 9 * x + c;
+        mean[3 * x + c] = static_cast<std::uint8_t>((s[0] + s[3] + s[6] + kArea / 2) / kArea);
+      }
+  }
+}
+
 int BinOf(const cv::Vec3b& bgr) {
   // The offset keeps nearly black pixels, which have no colour, near grey.
-  const float sum = static_cast<float>(bgr[0] + bgr[1] + bgr[2] + 6);
-  const auto step = [sum](int value) {
-    return std::clamp(static_cast<int>(static_cast<float>(value + 2) / sum * kSteps / 0.8F), 0,
-                      kSteps - 1);
+  const float scale = kSteps / 0.8F / static_cast<float>(bgr[0] + bgr[1] + bgr[2] + 6);
+  const auto step = [scale](int value) {
+    return std::min(static_cast<int>(static_cast<float>(value + 2) * scale), kSteps - 1);
   };
   return step(bgr[2]) * kSteps + step(bgr[1]);
 }
@@ -45,15 +68,9 @@ class ColourHistogram {
   }
   float Total() const { return total_; }
   void Smooth() {
-    for (const int stride : {1, kSteps, 1, kSteps}) {
-      std::vector<float> blurred(kBins);
-      for (int bin = 0; bin < kBins; ++bin) {
-        const int place = bin / stride % kSteps;
-        const float low = place > 0 ? counts_[bin - stride] : counts_[bin];
-        const float high = place < kSteps - 1 ? counts_[bin + stride] : counts_[bin];
-        blurred[bin] = 0.25F * low + 0.5F * counts_[bin] + 0.25F * high;
-      }
-      counts_ = std::move(blurred);
+    for (int time = 0; time < 2; ++time) {
+      SmoothAlong<1>();
+      SmoothAlong<kSteps>();
     }
   }
   float LogLikelihood(int bin) const {
@@ -61,6 +78,17 @@ class ColourHistogram {
   }
 
  private:
+  template <int kStride>
+  void SmoothAlong() {
+    std::vector<float> blurred(kBins);
+    for (int bin = 0; bin < kBins; ++bin) {
+      const int place = bin / kStride % kSteps;
+      const float low = place > 0 ? counts_[bin - kStride] : counts_[bin];
+      const float high = place < kSteps - 1 ? counts_[bin + kStride] : counts_[bin];
+      blurred[bin] = 0.25F * low + 0.5F * counts_[bin] + 0.25F * high;
+    }
+    counts_ = std::move(blurred);
+  }
   std::vector<float> counts_;
   float total_ = 0;
 };
@@ -75,16 +103,18 @@ cv::Mat SignedDistance(const cv::Mat& mask) {
 
 /// Takes away what is not connected and smaller than this share of the largest component.
 void DropIslands(cv::Mat* mask, double share) {
-  cv::Mat labels, stats, centroids;
-  const int count = cv::connectedComponentsWithStats(*mask, labels, stats, centroids, 4);
-  int largest = 0;
-  for (int label = 1; label < count; ++label)
-    largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
-  std::vector<std::uint8_t> kept(count, 255);
-  for (int label = 1; label < count; ++label)
-    if (stats.at<int>(label, cv::CC_STAT_AREA) < share * largest) kept[label] = 0;
-  for (int y = 0; y < mask->rows; ++y)
-    for (int x = 0; x < mask->cols; ++x) mask->at<std::uint8_t>(y, x) &= kept[labels.at<int>(y, x)];
+  Components parts = ComponentsOf(*mask, 4);
+  std::vector<int>& area = parts.area;
+  area[0] = 0;
+  const int largest = *std::max_element(area.begin(), area.end());
+  std::vector<std::uint8_t> kept(area.size(), 255);
+  for (std::size_t label = 1; label < area.size(); ++label)
+    if (area[label] < share * largest) kept[label] = 0;
+  for (int y = 0; y < mask->rows; ++y) {
+    const int* label = parts.labels.ptr<int>(y);
+    std::uint8_t* pixel = mask->ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask->cols; ++x) pixel[x] &= kept[label[x]];
+  }
 }
 
 }  // namespace
@@ -97,7 +127,7 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
   const cv::Mat bgr = ViewOf(*frame.image);
   const cv::Size small_size(bgr.cols / kShrink, bgr.rows / kShrink);
   cv::Mat small, model, instruments;
-  cv::resize(bgr, small, small_size, 0, 0, cv::INTER_AREA);
+  Shrink(bgr, small_size, &small);
   cv::resize(ViewOf(model_mask), model, small_size, 0, 0, cv::INTER_NEAREST);
   cv::threshold(model, model, 0, 255, cv::THRESH_BINARY);
   cv::resize(FindInstruments(bgr), instruments, small_size, 0, 0, cv::INTER_NEAREST);
@@ -148,9 +178,11 @@ Image OrganMask(const Frame& frame, const Image& model_mask) {
   cv::resize(mask, full, bgr.size(), 0, 0, cv::INTER_LINEAR);
   cv::threshold(full, full, 127, 255, cv::THRESH_BINARY);
   // A tool's rim and its shadow belong to it.
-  cv::dilate(instruments, instruments, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
-  cv::resize(instruments, hidden, bgr.size(), 0, 0, cv::INTER_NEAREST);
-  full.setTo(OrganSegmenter::kHidden, hidden);
+  if (cv::countNonZero(instruments) > 0) {
+    cv::dilate(instruments, instruments, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
+    cv::resize(instruments, hidden, bgr.size(), 0, 0, cv::INTER_NEAREST);
+    full.setTo(OrganSegmenter::kHidden, hidden);
+  }
   return ToImage(full);
 }
 

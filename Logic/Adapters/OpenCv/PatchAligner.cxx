@@ -66,14 +66,18 @@ void SampleRow(const float* base, int stride, float u, float v, float du, float 
 
 }  // namespace
 
-/// Columns: moves along u and v, then the four entries of A over coordinates scaled to ±1.
-struct Patch::System {
-  Eigen::VectorXf weighted_values;  ///< w · (T − mean)
+/// What a correlation needs of the reference.
+struct Patch::Appearance {
+  Eigen::VectorXf centered, weighted_values;  ///< T − mean, w · (T − mean)
   Eigen::VectorXf weights;
+  float weight_sum = 0, energy = 0;  ///< Σ w, Σ w (T − mean)²
+};
+
+/// Columns: moves along u and v, then the four entries of A over coordinates scaled to ±1.
+struct Patch::System : Patch::Appearance {
   Eigen::Matrix<float, Eigen::Dynamic, 6>
       descent;  ///< w · steepest descent, free of gain and offset
   Eigen::Matrix<float, 6, 6> inverse_hessian;
-  float weight_sum = 0, energy = 0;  ///< Σ w, Σ w (T − mean)²
 };
 
 bool Patch::Sample(const cv::Mat& grey, const AffineWarp& warp, Eigen::VectorXf* values) const {
@@ -119,16 +123,20 @@ float Patch::UsableWeights(const cv::Mat& excluded, const AffineWarp& warp,
   return 1.0F - lost / weights_.sum();
 }
 
+bool Patch::MakeAppearance(const Eigen::VectorXf& weights, Appearance* out) const {
+  out->weights = weights;
+  out->weight_sum = weights.sum();
+  const float mean = weights.dot(values_) / out->weight_sum;
+  out->centered = values_.array() - mean;
+  out->weighted_values = weights.cwiseProduct(out->centered);
+  out->energy = out->weighted_values.dot(out->centered);
+  return out->energy > 1e-3F;
+}
+
 std::shared_ptr<const Patch::System> Patch::MakeSystem(const Eigen::VectorXf& weights) const {
   auto system = std::make_shared<System>();
-  system->weights = weights;
-  system->weight_sum = weights.sum();
-  const float mean = weights.dot(values_) / system->weight_sum;
-  const Eigen::VectorXf centered = values_.array() - mean;
-  system->weighted_values = weights.cwiseProduct(centered);
-  system->energy = system->weighted_values.dot(centered);
-  if (!(system->energy > 1e-3F)) return nullptr;
-
+  if (!MakeAppearance(weights, system.get())) return nullptr;
+  const Eigen::VectorXf& centered = system->centered;
   const int side = 2 * half_ + 1;
   Eigen::Matrix<float, Eigen::Dynamic, 6> descent(values_.size(), 6);
   for (int j = 0, k = 0; j < side; ++j)
@@ -200,10 +208,24 @@ Alignment Patch::Align(const cv::Mat& grey, const cv::Mat& excluded, int iterati
   Alignment result;
   if (Empty() || !IsPlausible(warp->A)) return result;
   static thread_local Eigen::VectorXf weights, values;
-  std::shared_ptr<const System> own;
   result.used = excluded.empty() ? 1.0F : UsableWeights(excluded, *warp, &weights);
   if (result.used < kLeastUsed) return result;
+  // `common` = Σ w (T − mean) I, of the values as they are.
+  const auto correlate = [](const Appearance& of, float* common) {
+    *common = of.weighted_values.dot(values);
+    const float mean = of.weights.dot(values) / of.weight_sum;
+    const float energy = (of.weights.array() * (values.array() - mean).square()).sum();
+    return energy > 1e-6F ? *common / std::sqrt(of.energy * energy) : 0.0F;
+  };
+  std::shared_ptr<const System> own;
   if (result.used < 0.995F) {
+    if (iterations == 0) {  // only asked how alike they are
+      static thread_local Appearance masked;
+      float common = 0;
+      result.valid = MakeAppearance(weights, &masked) && Sample(grey, *warp, &values);
+      if (result.valid) result.correlation = correlate(masked, &common);
+      return result;
+    }
     own = MakeSystem(weights);
     if (!own) return result;
   }
@@ -211,10 +233,8 @@ Alignment Patch::Align(const cv::Mat& grey, const cv::Mat& excluded, int iterati
   const float scale = 1.0F / static_cast<float>(half_);
   for (int iteration = 0;; ++iteration) {
     if (!Sample(grey, *warp, &values)) return result;
-    const float common = system.weighted_values.dot(values);
-    const float mean = system.weights.dot(values) / system.weight_sum;
-    const float energy = (system.weights.array() * (values.array() - mean).square()).sum();
-    result.correlation = energy > 1e-6F ? common / std::sqrt(system.energy * energy) : 0.0F;
+    float common = 0;
+    result.correlation = correlate(system, &common);
     if (iteration == iterations) break;
     const float gain = common / system.energy;
     if (!(gain > 0.05F)) return result;

@@ -41,7 +41,10 @@ class Patch {
 
  private:
   /// The patch's normal equations for one choice of weights.
+  struct Appearance;
   struct System;
+  /// @return false where the reference has no contrast under these weights
+  bool MakeAppearance(const Eigen::VectorXf& weights, Appearance* out) const;
   std::shared_ptr<const System> MakeSystem(const Eigen::VectorXf& weights) const;
   bool Sample(const cv::Mat& grey, const AffineWarp& warp, Eigen::VectorXf* values) const;
   /// Weights without the pixels excluded under `warp`; returns the share of the weight that
