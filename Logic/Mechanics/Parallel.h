@@ -15,13 +15,12 @@ namespace kerf {
 /// sums are taken over chunks in order, so results are the same bits for every thread count.
 class Workers {
  public:
-  /// @param threads 0 = all
+  /// @param threads 0 = those that the caller works with. No arena of its own then: threads take
+  /// a while to move from one arena to another, and a frame's other work lies in the caller's.
   void Use(int threads) {
-    if (threads == threads_ && (arena_ || threads == 1)) return;
+    if (threads == threads_) return;
     threads_ = threads;
-    arena_ = threads == 1 ? nullptr
-                          : std::make_unique<tbb::task_arena>(
-                                threads > 0 ? threads : int(tbb::task_arena::automatic));
+    arena_ = threads > 1 ? std::make_unique<tbb::task_arena>(threads) : nullptr;
   }
 
   /// Runs all of a piece of work among these threads: they stay at hand between its loops.
@@ -38,11 +37,11 @@ class Workers {
   void ForChunks(Index count, Index chunk, const Function& function) const {
     const Index chunks = (count + chunk - 1) / chunk;
     auto run = [&](Index c) { function(c * chunk, std::min(count, (c + 1) * chunk)); };
-    if (!arena_ || chunks <= 1) {
+    if (threads_ == 1 || chunks <= 1) {
       for (Index c = 0; c < chunks; ++c) run(c);
       return;
     }
-    arena_->execute([&] { tbb::parallel_for(Index{0}, chunks, run); });
+    Run([&] { tbb::parallel_for(Index{0}, chunks, run); });
   }
 
   /// Ordered sum of function(begin, end) over chunks of [0, count).
