@@ -1,5 +1,8 @@
 #include "Registration/DisplacementJump.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -44,62 +47,58 @@ std::vector<double> Steepness(const Points& rest, const std::vector<std::vector<
 /// common fit) that most neighbours agree with, then refined by reweighting.
 Mat2 LocalGradient(const FeatureTriangulation& t, const Pixels& displacement,
                    const std::vector<char>& usable, Index l) {
-  std::array<Vec2, kNear> dx, du;
-  std::array<double, kNear> prior;
+  // Places and motions of the neighbours from here; those that are missing weigh nothing.
+  using Values = Eigen::Array<double, kNear, 1>;
+  Values x = Values::Zero(), y = x, u = x, v = x, prior = x;
   int n = 0;
-  double mean_square = 0.0;
   for (Index m : t.near[l]) {
     if (n == kNear) break;
     if (!usable[m]) continue;
-    dx[n] = (t.rest.row(m) - t.rest.row(l)).transpose();
-    du[n] = (displacement.row(m) - displacement.row(l)).transpose();
-    mean_square += dx[n].squaredNorm();
+    x[n] = t.rest(m, 0) - t.rest(l, 0);
+    y[n] = t.rest(m, 1) - t.rest(l, 1);
+    u[n] = displacement(m, 0) - displacement(l, 0);
+    v[n] = displacement(m, 1) - displacement(l, 1);
     ++n;
   }
   if (n < 4) return Mat2::Zero();
-  mean_square /= n;
-  for (int k = 0; k < n; ++k) prior[k] = 1.0 / (1.0 + dx[k].squaredNorm() / mean_square);
+  const Values square = x.square() + y.square();
+  const double mean_square = square.sum() / n;
+  prior.head(n) = 1.0 / (1.0 + square.head(n) / mean_square);
   const double s2 = kFitScale_mm * kFitScale_mm;
-  const auto fit = [&](const std::array<double, kNear>& w) {
-    Mat2 a = 1e-3 * Mat2::Identity(), b = Mat2::Zero();
-    for (int k = 0; k < n; ++k) {
-      a += w[k] * dx[k] * dx[k].transpose();
-      b += w[k] * du[k] * dx[k].transpose();
-    }
+  const auto fit = [&](const Values& w) {
+    const Values wx = w * x, wy = w * y;
+    Mat2 a, b;
+    a << (wx * x).sum() + 1e-3, (wx * y).sum(), (wx * y).sum(), (wy * y).sum() + 1e-3;
+    b << (wx * u).sum(), (wy * u).sum(), (wx * v).sum(), (wy * v).sum();
     return Mat2(b * a.inverse());
   };
+  const auto misfit2 = [&](const Mat2& g) {
+    return Values((u - g(0, 0) * x - g(0, 1) * y).square() +
+                  (v - g(1, 0) * x - g(1, 1) * y).square());
+  };
   const auto cost = [&](const Mat2& g) {
-    double sum = 0.0;
-    for (int k = 0; k < n; ++k) {
-      const double r2 = (du[k] - g * dx[k]).squaredNorm();
-      sum += prior[k] * r2 / (r2 + s2);
-    }
-    return sum;
+    const Values r2 = misfit2(g);
+    return (prior * r2 / (r2 + s2)).sum();
   };
   Mat2 best = fit(prior);
   double best_cost = cost(best);
   for (const auto& [a, b] : t.fans[l]) {
     if (!usable[a] || !usable[b]) continue;
-    Mat2 x, u;
-    x << (t.rest.row(a) - t.rest.row(l)).transpose(), (t.rest.row(b) - t.rest.row(l)).transpose();
-    u << (displacement.row(a) - displacement.row(l)).transpose(),
+    Mat2 place, motion;
+    place << (t.rest.row(a) - t.rest.row(l)).transpose(),
+        (t.rest.row(b) - t.rest.row(l)).transpose();
+    motion << (displacement.row(a) - displacement.row(l)).transpose(),
         (displacement.row(b) - displacement.row(l)).transpose();
-    if (std::abs(x.determinant()) < 2.0) continue;
-    const Mat2 g = u * x.inverse();
+    if (std::abs(place.determinant()) < 2.0) continue;
+    const Mat2 g = motion * place.inverse();
     const double c = cost(g);
     if (c < best_cost) {
       best_cost = c;
       best = g;
     }
   }
-  std::array<double, kNear> w;
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    for (int k = 0; k < n; ++k) {
-      const double q = 1.0 + (du[k] - best * dx[k]).squaredNorm() / s2;
-      w[k] = prior[k] / (q * q);
-    }
-    best = fit(w);
-  }
+  for (int iteration = 0; iteration < 3; ++iteration)
+    best = fit(prior / (1.0 + misfit2(best) / s2).square());
   return best;
 }
 
@@ -181,8 +180,10 @@ DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& curr
   const Index n = static_cast<Index>(t.rest.rows()), edges = static_cast<Index>(t.edges.size());
   const Pixels displacement = current - t.rest;
   std::vector<Mat2> gradient(n, Mat2::Zero());
-  for (Index l = 0; l < n; ++l)
-    if (usable[l] && !t.near[l].empty()) gradient[l] = LocalGradient(t, displacement, usable, l);
+  tbb::parallel_for(tbb::blocked_range<Index>(0, n, 32), [&](const auto& range) {
+    for (Index l = range.begin(); l < range.end(); ++l)
+      if (usable[l] && !t.near[l].empty()) gradient[l] = LocalGradient(t, displacement, usable, l);
+  });
   DisplacementJumps out;
   out.jump_mm = Pixels::Zero(edges, 2);
   out.magnitude_mm = Eigen::VectorXd::Constant(edges, -1.0);

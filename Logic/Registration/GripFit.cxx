@@ -117,9 +117,7 @@ SolveReport Settle(const TetMesh& mesh, const Material& material,
 }
 
 /// Mean squared strain: W_I = E V ε² / 2.
-double SquaredStrain(const TetMesh& mesh, const Material& material, double energy_uJ) {
-  double volume_mm3 = 0.0;
-  for (Index t = 0; t < mesh.TetCount(); ++t) volume_mm3 += TetVolume(mesh.rest, mesh.tets, t);
+double SquaredStrain(double volume_mm3, const Material& material, double energy_uJ) {
   return 2e3 * energy_uJ / (1e3 * material.young_kPa * volume_mm3);
 }
 
@@ -179,13 +177,17 @@ void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps
   fit->fields[column] = std::move(field);
 }
 
+/// Whether the sensitivities of the whole organ are known.
+bool HasFields(const GripFit& fit) {
+  return static_cast<Index>(fit.fields.size()) == fit.sensitivities.cols() &&
+         std::all_of(fit.fields.begin(), fit.fields.end(), [](const auto& field) { return field; });
+}
+
 /// Where the organ will come to lie, to first order, when the grips take the step `q`; unchanged
 /// where the sensitivities of the whole organ are not known.
 Points Foreseen(const GripFit& fit, const Eigen::VectorXd& q) {
   Points positions = fit.positions;
-  const bool known =
-      static_cast<Index>(fit.fields.size()) == q.size() &&
-      std::all_of(fit.fields.begin(), fit.fields.end(), [](const auto& field) { return field; });
+  const bool known = HasFields(fit);
   for (Index column = 0; known && column < q.size(); ++column)
     positions += q[column] * *fit.fields[column];
   return positions;
@@ -232,10 +234,20 @@ GripFit Regripped(const GripFit& fit, const std::vector<double>& factors) {
 }
 
 GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Points& rest) {
-  const Points before = BentByGrips(fit, rest);
-  for (std::size_t g = 0; g < fit.motions.size(); ++g)
-    fit.motions[g] = now.motions[g] * then.motions[g].inverse() * fit.motions[g];
-  fit.positions += BentByGrips(fit, rest) - before;
+  const std::vector<Vec3> centers = CentersOf(fit, rest);
+  const Points bent_before = BentByGrips(fit, rest);
+  Eigen::VectorXd q(6 * static_cast<Index>(fit.motions.size()));
+  for (std::size_t g = 0; g < fit.motions.size(); ++g) {
+    const Eigen::Isometry3d change = now.motions[g] * then.motions[g].inverse();
+    const Eigen::AngleAxisd turn(change.linear());
+    q.segment<3>(6 * static_cast<Index>(g)) = change * centers[g] - centers[g];
+    q.segment<3>(6 * static_cast<Index>(g) + 3) = turn.angle() * turn.axis();
+    fit.motions[g] = change * fit.motions[g];
+  }
+  if (HasFields(fit))
+    fit.positions = Foreseen(fit, q);
+  else
+    fit.positions += BentByGrips(fit, rest) - bent_before;
   fit.trust = now.trust;
   fit.trust_across = now.trust_across;
   fit.settled = false;
@@ -255,6 +267,7 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
                  {-along, -s.minCoeff() - options.cap_share * length, -s.minCoeff()}};
   fit.motions.assign(2, Eigen::Isometry3d::Identity());
   fit.positions = mesh.rest;
+  for (Index t = 0; t < mesh.TetCount(); ++t) fit.volume_mm3 += TetVolume(mesh.rest, mesh.tets, t);
   solver->Reset(mesh, material);
   fit.sensitivities.resize(3 * bound.rest.rows(), 12);
   for (int column = 0; column < 12; ++column)
@@ -275,12 +288,12 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   }
   const auto settled = [&](const SolveReport& report) {
     fit->settled = report.converged;
-    fit->strain2 = SquaredStrain(mesh, material, report.elastic_energy_uJ);
+    fit->strain2 = SquaredStrain(fit->volume_mm3, material, report.elastic_energy_uJ);
   };
   if (!fit->settled)
     settled(Settle(mesh, material, fit->regions, fit->motions, options.newton_steps, solver,
                    &fit->positions));
-  if (--fit->frames_to_renewal < 0) {
+  if (--fit->frames_to_renewal < 0 || !HasFields(*fit)) {
     for (int i = 0; i < options.renewed_columns; ++i)  // measured from the equilibrium
       RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, fit);
     fit->frames_to_renewal = options.renewal_frames - 1;
@@ -289,20 +302,22 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
   for (int step = 0; step < options.steps; ++step) {
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-    Eigen::VectorXd mean_along = Eigen::VectorXd::Zero(n);
+    Eigen::MatrixXd across(2 * m, n), along(m, n);  // of the features by the parameters
     for (Index k = 0; k < m; ++k) {
       const auto moved = fit->sensitivities.middleRows<3>(3 * sights.feature[k]);
-      const Eigen::MatrixXd J = sights.across[k] * moved;
-      const Eigen::VectorXd along = moved.transpose() * sights.along[k];
-      mean_along += along / double(m);
-      A += now.weight[k] * J.transpose() * J + options.depth_weight * along * along.transpose();
-      b -= now.weight[k] * J.transpose() * now.residual.segment<2>(2 * k) +
-           options.depth_weight * now.depth[k] * along;
+      across.middleRows<2>(2 * k).noalias() = sights.across[k].lazyProduct(moved);
+      along.row(k).noalias() = sights.along[k].transpose().lazyProduct(moved);
     }
+    Eigen::VectorXd weight(2 * m);
+    for (Index k = 0; k < m; ++k) weight.segment<2>(2 * k).setConstant(now.weight[k]);
+    const Eigen::MatrixXd weighted = weight.asDiagonal() * across;
+    const Eigen::VectorXd mean_along = along.colwise().mean().transpose();
+    Eigen::MatrixXd A = across.transpose() * weighted;
+    A += options.depth_weight * (along.transpose() * along);
     A += approach * mean_along * mean_along.transpose();
-    b -= approach * now.approach_mm * mean_along;
+    const Eigen::VectorXd b = -(weighted.transpose() * now.residual) -
+                              options.depth_weight * (along.transpose() * now.depth) -
+                              approach * now.approach_mm * mean_along;
     A.diagonal() += fit->lambda * A.diagonal();
     const Eigen::VectorXd q = A.ldlt().solve(b);
     if (!q.allFinite()) break;

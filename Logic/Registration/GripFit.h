@@ -35,6 +35,7 @@ struct GripFit {
   double lambda = 1e-2;       ///< damping of the next step
   double cost_mm2 = 0.0;      ///< robust mean square across the lines of sight
   double residual_mm = 0.0;   ///< robust rms across the lines of sight
+  double volume_mm3 = 0.0;    ///< of the organ at rest; cuts do not change it
   double strain2 = 0.0;       ///< mean squared strain of the organ
   double trust = 0.0;         ///< in its depth; 0: not believed … 1
   double trust_across = 0.0;  ///< in what it says across the lines of sight
@@ -50,7 +51,7 @@ struct GripFitOptions {
   int steps = 1;                    ///< damped Gauss–Newton steps a frame
   int newton_steps = 4;             ///< of one equilibrium at most; the rest is left to the next
   int renewed_columns = 1;          ///< sensitivities measured anew at a time, in turn
-  int renewal_frames = 3;           ///< from one time to the next
+  int renewal_frames = 6;           ///< from one time to the next; each while some are unknown
   double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
   double nonlinear_strain2 = 0.25;  ///< and from which on not at all

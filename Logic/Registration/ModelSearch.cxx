@@ -1,12 +1,19 @@
 #include "Registration/ModelSearch.h"
 
+#include <sys/resource.h>
 #include <tbb/task_arena.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 
 #include "Registration/CutLine.h"
 
 namespace kerf {
 namespace {
 
+/// Of the scheduler: frames get three quarters of a core that they share with a search.
+constexpr int kNiceness = 5;
 constexpr double kShortest_mm = 0.5;  // growth
 constexpr double kStraight = 0.8;     // cosine of the bend where an end has grown meanwhile
 
@@ -18,13 +25,14 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
   Drop();
   const ModelProbeOptions probe;
   if (!WorthProbing(options, probe, state)) return false;
-  given_up_ = false;
+  given_up_ = std::make_shared<std::atomic<bool>>(false);
   auto then = std::make_shared<const RegistrationState>(state);
-  const std::atomic<bool>* given_up = &given_up_;
-  found_ = std::async(std::launch::async, [=] {
-    tbb::task_arena alone(1);  // leaves the other cores to the frames
+  found_ = std::async(std::launch::async, [=, given_up = given_up_] {
+    // Frames come first. Where the priority cannot be changed, the search is as good.
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+    tbb::task_arena alone(1);
     return alone.execute(
-        [&] { return ProbeModel(usable, camera, options, probe, cutter, then, given_up); });
+        [&] { return ProbeModel(usable, camera, options, probe, cutter, then, given_up.get()); });
   });
   return true;
 }
@@ -35,10 +43,15 @@ std::optional<BetterModel> ModelSearch::Finish() {
 }
 
 void ModelSearch::Drop() {
+  given_up_ones_.erase(std::remove_if(given_up_ones_.begin(), given_up_ones_.end(),
+                                      [](const Result& search) {
+                                        return search.wait_for(std::chrono::seconds(0)) ==
+                                               std::future_status::ready;
+                                      }),
+                       given_up_ones_.end());
   if (!found_.valid()) return;
-  given_up_ = true;
-  found_.wait();
-  found_ = {};
+  *given_up_ = true;
+  given_up_ones_.push_back(std::move(found_));
 }
 
 CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engine,

@@ -15,18 +15,21 @@ namespace kerf {
 /// that results do not depend on how long it takes. One search at a time.
 class ModelSearch {
  public:
-  ~ModelSearch() { Drop(); }
+  ~ModelSearch() { Drop(); }  // and waits until all have noticed
   /// @return false where there is nothing to search for
   bool Begin(const std::vector<char>& usable, const CameraModel& camera,
              const MethodOptions& options, const TetCutter& cutter, const RegistrationState& state);
   /// Waits for the end. @return none also when no search was begun
   std::optional<BetterModel> Finish();
-  /// Gives a running search up: the cuts are no longer those that it began with.
+  /// Gives a running search up: the cuts are no longer those that it began with. It notices after
+  /// its present trial; nobody waits for that.
   void Drop();
 
  private:
-  std::future<std::optional<BetterModel>> found_;
-  std::atomic<bool> given_up_{false};
+  using Result = std::future<std::optional<BetterModel>>;
+  Result found_;
+  std::shared_ptr<std::atomic<bool>> given_up_;
+  std::vector<Result> given_up_ones_;  ///< that may still run
 };
 
 /// What a search found, put into the state of some frames later: the organ has moved since, and its

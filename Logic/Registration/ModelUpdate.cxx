@@ -1,5 +1,7 @@
 #include "Registration/ModelUpdate.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 
 #include "Cutting/ExtrudePolyline.h"
@@ -32,20 +34,25 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
       known.partial = known.in_model && report.partial;
     }
   if (!change.changed) return report;
-  engine.solvers.organ->Apply(change);
+  if (engine.observer) engine.observer->Begin(Stage::Structures);
+  // Everything that follows the mesh, side by side: none of it reads what another one writes.
+  tbb::parallel_invoke(
+      [&] { engine.solvers.organ->Apply(change); },
+      [&] {
+        if (!engine.solvers.grips || state->grips.positions.rows() == 0) return;
+        engine.solvers.grips->Apply(change);
+        FollowCut(change, &state->grips);
+      },
+      [&] {
+        for (Structure& structure : state->structures)
+          structure = CutStructureSurface(structure, cut.surface, change, state->mesh,
+                                          options.structure_mode);
+      },
+      [&] { state->boundary = MakeBoundaryTopology(change.mesh, state->blind_outline); });
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
-  if (engine.solvers.grips && state->grips.positions.rows() > 0) {
-    engine.solvers.grips->Apply(change);
-    FollowCut(change, &state->grips);
-  }
   state->bound.embedding = change.MapEmbedding(state->bound.embedding, state->mesh);
-  if (engine.observer) engine.observer->Begin(Stage::Structures);
-  for (Structure& structure : state->structures)
-    structure =
-        CutStructureSurface(structure, cut.surface, change, state->mesh, options.structure_mode);
   state->mesh = change.mesh;
-  state->boundary = MakeBoundaryTopology(state->mesh, state->blind_outline);
   return report;
 }
 

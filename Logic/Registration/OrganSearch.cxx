@@ -21,7 +21,7 @@ void OrganSearch::Begin(SurfaceMesh outline) {
   });
 }
 
-const OrganSearch::Found& OrganSearch::Wait() {
+OrganSearch::Found& OrganSearch::Wait() {
   group_.wait();
   return found_;
 }

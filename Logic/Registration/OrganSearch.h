@@ -24,10 +24,10 @@ class OrganSearch {
   OrganSearch(const OrganSearch&) = delete;
   OrganSearch& operator=(const OrganSearch&) = delete;
 
-  /// Starts with the model where it is now; a search under way counts no more.
+  /// Starts with the model where it is now.
   void Begin(SurfaceMesh outline);
-  /// What the last Begin found. @throws what the segmenter threw
-  const Found& Wait();
+  /// What was found. @throws what the segmenter threw
+  Found& Wait();
 
  private:
   OrganSegmenter& segmenter_;

@@ -264,10 +264,7 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
   std::optional<OrganSearch> search;
   if (options.silhouette_factor > 0.0 && engine.segmenter && frame.image)
     search.emplace(*engine.segmenter, frame, camera);
-  const auto begin_search = [&] {
-    if (search) search->Begin({state->positions, state->boundary.triangles});
-  };
-  begin_search();
+  if (search) search->Begin({state->positions, state->boundary.triangles});
   Begin(engine, Stage::Tracking);
   const Pixels before = state->features.pixels;
   engine.tracker.Track(frame, &state->features);  // [1] track features frame to frame
@@ -296,8 +293,10 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
     Springs springs = FeatureSprings(*state, gauged, usable, camera, options);
     if (search) {
-      if (repeat > 0 || !report.cuts.empty()) begin_search();  // the model has changed since
-      const auto& [model, organ] = search->Wait();
+      auto& [model, organ] = search->Wait();
+      // The model has changed since; where the organ is seen has not.
+      if (repeat > 0 || !report.cuts.empty())
+        model = ProjectedMask({state->positions, state->boundary.triangles}, camera);
       const SilhouetteTargets seen =
           FindSilhouette(state->boundary, state->mesh, state->positions, camera, model, organ,
                          options.silhouette_reach_px);

@@ -1,7 +1,8 @@
 #include "Registration/Untangle.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
-#include <array>
 #include <vector>
 
 namespace kerf {
@@ -29,6 +30,22 @@ bool Bad(const Corners& now, double rest_volume6, double least_dihedral_deg) {
                               now.row(2).transpose(), now.row(3).transpose()) < least_dihedral_deg;
 }
 
+/// Those of `watch` that are inverted or slivers, in its order.
+std::vector<Index> BadOnes(const TetMesh& mesh, const Points& positions,
+                           const std::vector<Index>& watch, double least_dihedral_deg) {
+  constexpr std::size_t kChunk = 2048;
+  std::vector<char> is_bad(watch.size(), 0);
+  tbb::parallel_for(std::size_t{0}, (watch.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+    for (std::size_t i = chunk * kChunk; i < std::min(watch.size(), (chunk + 1) * kChunk); ++i)
+      is_bad[i] = Bad(CornersOf(positions, mesh.tets, watch[i]),
+                      Volume6(CornersOf(mesh.rest, mesh.tets, watch[i])), least_dihedral_deg);
+  });
+  std::vector<Index> bad;
+  for (std::size_t i = 0; i < watch.size(); ++i)
+    if (is_bad[i]) bad.push_back(watch[i]);
+  return bad;
+}
+
 /// The rest shape where the element is now: best rotation (never a reflection) and translation.
 Corners Matched(const Corners& rest, const Corners& now) {
   const Eigen::RowVector3d rest_center = rest.colwise().mean(), center = now.colwise().mean();
@@ -44,14 +61,10 @@ Corners Matched(const Corners& rest, const Corners& now) {
 
 int Untangle(const TetMesh& mesh, Points* positions, double least_dihedral_deg, int rounds) {
   std::vector<char> moved(mesh.VertexCount(), 0);
-  std::vector<Index> watch(mesh.TetCount()), bad;
+  std::vector<Index> watch(mesh.TetCount());
   for (Index t = 0; t < mesh.TetCount(); ++t) watch[t] = t;
   for (int round = 0; round < rounds; ++round) {
-    bad.clear();
-    for (Index t : watch)
-      if (Bad(CornersOf(*positions, mesh.tets, t), Volume6(CornersOf(mesh.rest, mesh.tets, t)),
-              least_dihedral_deg))
-        bad.push_back(t);
+    const std::vector<Index> bad = BadOnes(mesh, *positions, watch, least_dihedral_deg);
     if (bad.empty()) break;
     for (Index t : bad) {
       const Corners now = CornersOf(*positions, mesh.tets, t);
