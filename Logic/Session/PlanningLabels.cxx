@@ -29,25 +29,42 @@ LabelDelta Difference(const std::vector<std::uint8_t>& before,
   return delta;
 }
 
-void LabelEditor::Reset(const GridGeometry& grid, const std::string& source) {
-  labels_ = LabelMap();
-  labels_.grid = grid;
-  labels_.source = source;
-  for (const LabelInfo& info : StandardLabels()) labels_.names[info.value] = info.name;
-  voxels_ = std::make_shared<std::vector<std::uint8_t>>(grid.VoxelCount(), 0);
-  labels_.voxels = voxels_;
-  counts_.fill(0);
-  counts_[0] = grid.VoxelCount();
-  ++revision_;
+LabelEdit CompareLabels(const LabelMap& before, std::vector<std::uint8_t> after) {
+  if (after.size() != before.voxels->size()) throw std::invalid_argument("label map: voxel count");
+  LabelEdit edit;
+  edit.before = before.voxels;
+  edit.delta = Difference(*before.voxels, after);
+  edit.after = std::make_shared<std::vector<std::uint8_t>>(std::move(after));
+  return edit;
 }
 
-void LabelEditor::Reset(const LabelMap& labels) {
+CountedLabels CountLabels(LabelMap labels) {
   if (!labels.voxels || labels.voxels->size() != labels.grid.VoxelCount())
     throw std::invalid_argument("label map: voxel count");
-  Reset(labels.grid, labels.source);
-  *voxels_ = *labels.voxels;
-  counts_.fill(0);
-  for (const std::uint8_t v : *voxels_) ++counts_[v];
+  CountedLabels counted;
+  for (const std::uint8_t v : *labels.voxels) ++counted.counts[v];
+  counted.labels = std::move(labels);
+  return counted;
+}
+
+void LabelEditor::Reset(const GridGeometry& grid, const std::string& source) {
+  CountedLabels empty;
+  empty.labels.grid = grid;
+  empty.labels.source = source;
+  empty.labels.voxels = std::make_shared<const std::vector<std::uint8_t>>(grid.VoxelCount(), 0);
+  empty.counts[0] = grid.VoxelCount();
+  Reset(empty);
+}
+
+void LabelEditor::Reset(const CountedLabels& counted) {
+  labels_ = LabelMap();
+  labels_.grid = counted.labels.grid;
+  labels_.source = counted.labels.source;
+  labels_.voxels = counted.labels.voxels;
+  for (const LabelInfo& info : StandardLabels()) labels_.names[info.value] = info.name;
+  voxels_.reset();
+  counts_ = counted.counts;
+  ++revision_;
 }
 
 double LabelEditor::Volume_ml(int label) const {
@@ -56,8 +73,8 @@ double LabelEditor::Volume_ml(int label) const {
 
 std::vector<std::uint8_t>& LabelEditor::Writable() {
   // Two owners are this class's own: voxels_ and labels_.voxels.
-  if (voxels_.use_count() > 2) {
-    voxels_ = std::make_shared<std::vector<std::uint8_t>>(*voxels_);
+  if (!voxels_ || voxels_.use_count() > 2) {
+    voxels_ = std::make_shared<std::vector<std::uint8_t>>(*labels_.voxels);
     labels_.voxels = voxels_;
   }
   ++revision_;
@@ -75,11 +92,16 @@ void LabelEditor::Apply(const LabelDelta& delta, bool forwards) {
   }
 }
 
-LabelDelta LabelEditor::Replace(const std::vector<std::uint8_t>& voxels) {
-  if (voxels.size() != voxels_->size()) throw std::invalid_argument("label map: voxel count");
-  LabelDelta delta = Difference(*voxels_, voxels);
-  Apply(delta, true);
-  return delta;
+LabelDelta LabelEditor::Replace(const LabelEdit& edit) {
+  // What was handed out never changes: the same voxels are an unchanged map.
+  if (edit.before != labels_.voxels) return Replace(CompareLabels(labels_, *edit.after));
+  for (const LabelDelta::Run& run : edit.delta.runs) {
+    counts_[run.before] -= run.length;
+    counts_[run.after] += run.length;
+  }
+  labels_.voxels = voxels_ = edit.after;
+  ++revision_;
+  return edit.delta;
 }
 
 void LabelEditor::BeginStroke() { stroke_.clear(); }
@@ -125,7 +147,7 @@ LabelDelta LabelEditor::EndStroke() {
   for (std::size_t s = 0; s < stroke_.size(); ++s) {
     const auto [at, before] = stroke_[s];
     if (s > 0 && stroke_[s - 1].first == at) continue;
-    const std::uint8_t after = (*voxels_)[at];
+    const std::uint8_t after = (*labels_.voxels)[at];
     if (before == after) continue;
     if (!delta.runs.empty()) {
       LabelDelta::Run& last = delta.runs.back();

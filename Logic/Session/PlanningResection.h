@@ -20,6 +20,8 @@ struct PlanningModel {
   MeshQuality quality;
   Index points_outside = 0;
   double farthest_outside_mm = 0;
+  /// Of each point of the organ's surface; empty without a tumour.
+  std::vector<double> organ_to_tumour_mm;
 
   const SurfaceMesh* Find(const std::string& name) const;
 };

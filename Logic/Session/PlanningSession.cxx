@@ -18,7 +18,7 @@ void PlanningSession::Touch(PlanningChange change) {
 }
 
 void PlanningSession::SetVolume(Volume ct, const std::string& path, const std::string& series,
-                                std::vector<std::string> warnings) {
+                                std::vector<std::string> warnings, const CountedLabels* labels) {
   undo_.Clear();
   ct_ = std::move(ct);
   ct_path_ = path;
@@ -26,7 +26,10 @@ void PlanningSession::SetVolume(Volume ct, const std::string& path, const std::s
   folder_.clear();
   import_warnings_ = std::move(warnings);
   segmentation_warnings_.clear();
-  editor_.Reset(ct_->grid, ct_->source);
+  if (labels)
+    editor_.Reset(*labels);
+  else
+    editor_.Reset(ct_->grid, ct_->source);
   infos_ = StandardLabels();
   seeds_.clear();
   landmarks_.clear();
@@ -68,9 +71,8 @@ void PlanningSession::PushLabels(const std::string& name, LabelDelta delta) {
   Touch(PlanningChange::Labels);
 }
 
-bool PlanningSession::ApplyVoxels(const std::string& name,
-                                  const std::vector<std::uint8_t>& voxels) {
-  LabelDelta delta = editor_.Replace(voxels);
+bool PlanningSession::ApplyEdit(const std::string& name, const LabelEdit& edit) {
+  LabelDelta delta = editor_.Replace(edit);
   if (delta.Empty()) return false;
   PushLabels(name, std::move(delta));
   return true;
@@ -248,7 +250,7 @@ void PlanningSession::SetSaved(const std::string& folder) {
   Tell(PlanningChange::Saved);
 }
 
-void PlanningSession::Restore(const LabelMap& labels, const Restored& rest) {
+void PlanningSession::Restore(const CountedLabels& labels, const Restored& rest) {
   undo_.Clear();
   editor_.Reset(labels);
   labels_state_ = next_state_++;

@@ -59,8 +59,9 @@ class PlanningSession {
   // Import
   /// Everything that was made from an older CT is forgotten, the undo stack too.
   /// @param path as it was given; @param series of a DICOM folder, may be empty
+  /// @param labels on the CT's grid; null for none yet
   void SetVolume(Volume ct, const std::string& path, const std::string& series,
-                 std::vector<std::string> warnings);
+                 std::vector<std::string> warnings, const CountedLabels* labels = nullptr);
   const std::optional<Volume>& Ct() const { return ct_; }
   const std::string& CtPath() const { return ct_path_; }
   const std::string& Series() const { return series_; }
@@ -73,7 +74,7 @@ class PlanningSession {
   /// After the caller changed a colour or visibility.
   void LabelListChanged() { Tell(PlanningChange::LabelList); }
   /// The result of a tool as one step that can be undone. @return false when it changed nothing
-  bool ApplyVoxels(const std::string& name, const std::vector<std::uint8_t>& voxels);
+  bool ApplyEdit(const std::string& name, const LabelEdit& edit);
   void BeginStroke() { editor_.BeginStroke(); }
   void Dab(const LabelEditor::Brush& brush, const Vec3& center_index);
   bool EndStroke(const std::string& name);
@@ -141,7 +142,7 @@ class PlanningSession {
     std::string camera_path, folder;
     bool dirty = true;
   };
-  void Restore(const LabelMap& labels, const Restored& rest);
+  void Restore(const CountedLabels& labels, const Restored& rest);
 
  private:
   void Tell(PlanningChange change);

@@ -1,5 +1,11 @@
 #include "Framework/qKerfJobRunner.h"
 
+#ifdef __linux__
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
+
 #include <QTimer>
 #include <atomic>
 #include <deque>
@@ -8,6 +14,18 @@
 
 #include "Core/Errors.h"
 #include "Session/JobProgress.h"
+
+namespace {
+
+/// The thread and those that it starts give way to the window's where processors are short:
+/// drawing must not wait for a filter that uses all of them.
+void StepBehindTheWindow() {
+#ifdef __linux__
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 5);
+#endif
+}
+
+}  // namespace
 
 struct qKerfJobRunner::Impl {
   std::deque<Job> waiting;
@@ -65,6 +83,7 @@ void qKerfJobRunner::StartNext() {
   impl_->progress = std::make_unique<kerf::JobProgress>();
   emit Started(impl_->running.title);
   impl_->worker = std::thread([impl = impl_.get()] {
+    StepBehindTheWindow();
     try {
       impl->running.work(*impl->progress);
     } catch (const kerf::Cancelled&) {

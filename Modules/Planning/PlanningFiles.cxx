@@ -47,6 +47,8 @@ std::shared_ptr<const PlanningModel> ModelOf(const PlannedCase& planned) {
   model->quality = planned.report.quality;
   model->points_outside = planned.embedding.outside;
   model->farthest_outside_mm = planned.embedding.largest_distance_mm;
+  if (const SurfaceMesh* tumour = model->Find("tumour"))
+    model->organ_to_tumour_mm = DistancesTo(*tumour, model->organ_surface.points);
   return model;
 }
 
@@ -81,11 +83,11 @@ OpenedCase ReadCaseForPlanning(const std::string& folder, Progress& progress) {
   result.ct = ReadVolume(opened.Path("ct"), {}, progress);
   progress.ThrowIfCancelled();
   progress.Report(0.5, "reading the segmentation");
-  const LabelMap labels = ReadLabelMap(opened.Path("segmentation"));
-  result.labels.grid = result.ct.grid;
-  result.labels.source = labels.source;
-  result.labels.voxels = std::make_shared<const std::vector<std::uint8_t>>(
+  LabelMap labels = ReadLabelMap(opened.Path("segmentation"));
+  labels.voxels = std::make_shared<const LabelVoxels>(
       MapLabels(labels, {{1, 1}, {2, 2}, {3, 3}}, result.ct.grid, progress));
+  labels.grid = result.ct.grid;
+  result.labels = CountLabels(std::move(labels));
   progress.Report(0.8, "reading the meshes");
   auto planned = std::make_shared<PlannedCase>(ReadCase(folder));
   planned->report.input_volume_mm3 = planned->report.quality.volume_mm3;

@@ -36,7 +36,7 @@ void SaveCase(const CaseToSave& what, const std::string& folder, Progress& progr
 /// What a saved case gives back for more planning.
 struct OpenedCase {
   Volume ct;
-  LabelMap labels;
+  CountedLabels labels;
   PlanningSession::Restored rest;
   std::shared_ptr<const PlannedCase> planned;
   std::shared_ptr<const PlanningModel> model;

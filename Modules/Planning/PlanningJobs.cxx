@@ -17,6 +17,7 @@
 #include "Planning/qKerfLabelImportDialog.h"
 #include "PlanningContour.h"
 #include "PlanningFiles.h"
+#include "Session/PlanningAutosave.h"
 
 namespace {
 
@@ -114,12 +115,42 @@ void PlanningJobs::OpenCase(const QString& folder) {
   };
   job.done = [this, result, folder] {
     const std::string path = folder.toStdString() + "/ct.nrrd";
-    session_.SetVolume(std::move(result->ct), path, {}, {});
+    session_.SetVolume(std::move(result->ct), path, {}, {}, &result->labels);
     session_.Restore(result->labels, result->rest);
     planned_ = result->planned;
     session_.SetModel(result->model, session_.LabelsState());
     session_.SetSaved(folder.toStdString());
     emit CaseOpened(folder);
+  };
+  host_->Jobs().Run(std::move(job));
+}
+
+void PlanningJobs::Recover(const QString& file, std::function<void()> then) {
+  struct Result {
+    kerf::PlanningWork work;
+    kerf::CountedLabels labels;
+  };
+  auto result = std::make_shared<Result>();
+  qKerfJobRunner::Job job;
+  job.title = tr("Reading the work");
+  job.work = [result, file = file.toStdString()](kerf::Progress&) {
+    result->work = kerf::LoadWork(file);
+    result->labels = kerf::CountLabels(result->work.labels);
+  };
+  job.failed = [this](const QString& sentence) {
+    host_->Say(qKerfHost::Problem, tr("The work cannot be recovered: %1").arg(sentence));
+  };
+  job.done = [this, result, then] {
+    Open(QString::fromStdString(result->work.ct_path), QString::fromStdString(result->work.series),
+         [this, result, then] {
+           if (!result->labels.labels.grid.SameAs(session_.Ct()->grid)) {
+             host_->Say(qKerfHost::Problem,
+                        tr("The CT was changed since: the work does not fit it."));
+             return;
+           }
+           session_.Restore(result->labels, result->work.rest);
+           then();
+         });
   };
   host_->Jobs().Run(std::move(job));
 }
@@ -135,7 +166,7 @@ void PlanningJobs::Segment(const QString& preset) {
     return;
   }
   struct Result {
-    kerf::LabelMap labels;
+    kerf::LabelEdit edit;
     kerf::SegmentationReport report;
   };
   auto result = std::make_shared<Result>();
@@ -152,13 +183,16 @@ void PlanningJobs::Segment(const QString& preset) {
   if (!preset.isEmpty()) request.preset = kerf::ParseOrganPreset(preset.toStdString());
   qKerfJobRunner::Job job;
   job.title = preset.isEmpty() ? tr("Segmenting the organ") : tr("Segmenting the %1").arg(preset);
-  job.work = [ct = *session_.Ct(), request, by_itself, result](kerf::Progress& progress) {
-    result->labels = by_itself ? kerf::SegmentStudyCt(ct, progress, &result->report)
-                               : kerf::SegmentCt(ct, request, progress, &result->report);
+  job.work = [ct = *session_.Ct(), labels = session_.Labels().Snapshot(), request, by_itself,
+              result](kerf::Progress& progress) {
+    const kerf::LabelMap found = by_itself
+                                     ? kerf::SegmentStudyCt(ct, progress, &result->report)
+                                     : kerf::SegmentCt(ct, request, progress, &result->report);
+    result->edit = kerf::CompareLabels(labels, *found.voxels);
   };
   job.done = [this, result] {
     session_.SetSegmentationWarnings(result->report.warnings);
-    if (!session_.ApplyVoxels("segment " + result->report.preset, *result->labels.voxels))
+    if (!session_.ApplyEdit("segment " + result->report.preset, result->edit))
       host_->ShowStatus(tr("Segmented: nothing is different from before."));
     session_.LabelListChanged();
     Check();
@@ -173,20 +207,22 @@ void PlanningJobs::RunTool(
     host_->Say(qKerfHost::Problem, tr("Open a CT first (step 1)."));
     return;
   }
-  auto voxels = std::make_shared<kerf::LabelVoxels>();
+  auto edit = std::make_shared<kerf::LabelEdit>();
   const std::uint64_t state = session_.LabelsState();
   qKerfJobRunner::Job job;
   job.title = title;
   job.work = [labels = session_.Labels().Snapshot(), tool = std::move(tool),
-              voxels](kerf::Progress& progress) { *voxels = tool(labels, progress); };
-  job.done = [this, voxels, undo_name, state, title] {
+              edit](kerf::Progress& progress) {
+    *edit = kerf::CompareLabels(labels, tool(labels, progress));
+  };
+  job.done = [this, edit, undo_name, state, title] {
     if (session_.LabelsState() != state) {
       host_->Say(qKerfHost::Warning,
                  tr("%1: the labels were changed meanwhile, so the result was dropped. Try again.")
                      .arg(title));
       return;
     }
-    if (!session_.ApplyVoxels(undo_name, *voxels))
+    if (!session_.ApplyEdit(undo_name, *edit))
       host_->ShowStatus(tr("%1: nothing was changed.").arg(title));
     if (!session_.Findings().empty()) Check();
   };
@@ -200,31 +236,26 @@ void PlanningJobs::Evolve(int label) {
   }
   struct Shared {
     std::mutex mutex;
-    std::shared_ptr<const kerf::LabelVoxels> latest;
+    kerf::LabelMap contour;  ///< the label alone, as it is now
+    std::shared_ptr<const kerf::LabelEdit> edit;
   };
   auto shared = std::make_shared<Shared>();
   const auto look = [shared] {
     const std::lock_guard<std::mutex> lock(shared->mutex);
-    return shared->latest;
+    return std::pair(shared->contour, shared->edit);
   };
   // Each look at the progress is a look at the contour.
   const QMetaObject::Connection watching =
-      connect(&host_->Jobs(), &qKerfJobRunner::Progressed, this, [this, look, label] {
-        const auto latest = look();
-        if (!latest) return;
-        kerf::LabelMap contour;
-        contour.grid = session_.Ct()->grid;
-        auto mask = std::make_shared<kerf::LabelVoxels>(latest->size());
-        for (std::size_t v = 0; v < mask->size(); ++v) (*mask)[v] = (*latest)[v] == label;
-        contour.voxels = mask;
-        emit ContourMoved(contour);
+      connect(&host_->Jobs(), &qKerfJobRunner::Progressed, this, [this, look] {
+        const kerf::LabelMap contour = look().first;
+        if (contour.voxels) emit ContourMoved(contour);
       });
   const std::uint64_t state = session_.LabelsState();
   const auto finish = [this, watching, look, state] {
     disconnect(watching);
     emit ContourMoved({});
-    const auto latest = look();
-    if (latest && session_.LabelsState() == state) session_.ApplyVoxels("snap to edges", *latest);
+    const auto edit = look().second;
+    if (edit && session_.LabelsState() == state) session_.ApplyEdit("snap to edges", *edit);
   };
   qKerfJobRunner::Job job;
   job.title = tr("Active contour (Esc stops it and keeps the result)");
@@ -232,10 +263,14 @@ void PlanningJobs::Evolve(int label) {
               shared](kerf::Progress& progress) {
     kerf::EvolveContour(
         ct, labels, label,
-        [&shared](const kerf::LabelVoxels& voxels) {
-          auto copy = std::make_shared<const kerf::LabelVoxels>(voxels);
+        [&](const kerf::LabelVoxels& voxels) {
+          auto mask = std::make_shared<kerf::LabelVoxels>(voxels.size());
+          for (std::size_t v = 0; v < mask->size(); ++v) (*mask)[v] = voxels[v] == label;
+          auto edit = std::make_shared<const kerf::LabelEdit>(kerf::CompareLabels(labels, voxels));
           const std::lock_guard<std::mutex> lock(shared->mutex);
-          shared->latest = std::move(copy);
+          shared->contour.grid = labels.grid;
+          shared->contour.voxels = std::move(mask);
+          shared->edit = std::move(edit);
         },
         progress);
   };

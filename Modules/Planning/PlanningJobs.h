@@ -25,6 +25,8 @@ class PlanningJobs : public QObject {
   /// @param then called when the CT is in the session
   void Open(const QString& path, const QString& series, std::function<void()> then = {});
   void OpenCase(const QString& folder);
+  /// Unsaved work of before: its CT is opened, too.
+  void Recover(const QString& file, std::function<void()> then);
   void Segment(const QString& preset);
   /// A tool of Session/PlanningTools.h on the labels of now.
   void RunTool(const QString& title, const std::string& undo_name,

@@ -206,18 +206,14 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
     return;
   }
   const kerf::SurfaceMesh* tumour = model->Find("tumour");
-  if (distances_of_ != model) {
-    distances_of_ = model;
-    to_tumour_mm_.clear();
-    if (tumour) to_tumour_mm_ = kerf::DistancesTo(*tumour, model->organ_surface.points);
-  }
+  const std::vector<double>& to_tumour_mm = model->organ_to_tumour_mm;
   const double margin = session_.Plan().margin_mm;
   const auto visible = [this](int label) { return session_.LabelInfos()[label - 1].visible; };
   if (quality)
     scene_->SetColoredSurface("organ", model->organ_surface, QualityOf(model->mesh), 8, 60,
                               tr("degrees"), 1);
   else if (organ_colored && tumour)
-    scene_->SetColoredSurface("organ", model->organ_surface, to_tumour_mm_, 0,
+    scene_->SetColoredSurface("organ", model->organ_surface, to_tumour_mm, 0,
                               4 * std::max(margin, 5.0), tr("mm"), 1);
   else if (visible(1))
     scene_->SetSurface("organ", model->organ_surface, ColorOf(1), 0.5);
@@ -225,7 +221,7 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
     if (const kerf::SurfaceMesh* s = model->Find(kNames[label]))
       if (visible(label)) scene_->SetSurface(kNames[label], *s, ColorOf(label), 1);
   if (tumour && margin > 0)
-    scene_->SetIsoline("margin", model->organ_surface, to_tumour_mm_, margin, QColor("#ffffff"));
+    scene_->SetIsoline("margin", model->organ_surface, to_tumour_mm, margin, QColor("#ffffff"));
   const kerf::Points& control = session_.Plan().line;
   if (control.rows() > 0) {
     scene_->SetPoints("points", control, {}, QColor("#ff4fa3"), 1.4);

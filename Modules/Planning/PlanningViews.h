@@ -59,6 +59,4 @@ class PlanningViews : public QObject {
   bool margin_shown_ = false, preview_waits_ = false;
   kerf::LabelMap margin_;
   /// Organ surface to tumour: looked up at every change of the plan.
-  std::shared_ptr<const kerf::PlanningModel> distances_of_;
-  std::vector<double> to_tumour_mm_;
 };

@@ -29,7 +29,6 @@
 #include "PlanningMouse.h"
 #include "PlanningRecovery.h"
 #include "PlanningViews.h"
-#include "Session/PlanningAutosave.h"
 #include "Session/PlanningSlice.h"
 #include "Session/UndoStack.h"
 #include "Views/qKerfSceneView.h"
@@ -247,27 +246,11 @@ bool qKerfPlanningPage::OpenCase(const QString& folder) {
 }
 
 void qKerfPlanningPage::Recover() {
-  kerf::PlanningWork work;
-  try {
-    work = kerf::LoadWork(recovery_->File().toStdString());
-  } catch (const std::exception& error) {
-    host_->Say(qKerfHost::Problem,
-               tr("The work cannot be recovered: %1").arg(QString::fromStdString(error.what())));
-    return;
-  }
-  recovery_bar_->hide();
-  auto shared = std::make_shared<kerf::PlanningWork>(std::move(work));
-  jobs_->Open(QString::fromStdString(shared->ct_path), QString::fromStdString(shared->series),
-              [this, shared] {
-                if (!shared->labels.grid.SameAs(session_->Ct()->grid)) {
-                  host_->Say(qKerfHost::Problem,
-                             tr("The CT was changed since: the work does not fit it."));
-                  return;
-                }
-                session_->Restore(shared->labels, shared->rest);
-                steps_->SetCurrent(static_cast<int>(PlanningStep::Segment));
-                host_->Say(qKerfHost::Info, tr("The work is back. Make the mesh again (step 3)."));
-              });
+  jobs_->Recover(recovery_->File(), [this] {
+    recovery_bar_->hide();
+    steps_->SetCurrent(static_cast<int>(PlanningStep::Segment));
+    host_->Say(qKerfHost::Info, tr("The work is back. Make the mesh again (step 3)."));
+  });
 }
 
 bool qKerfPlanningPage::CanClose() {

@@ -43,6 +43,7 @@ QPushButton:focus, QToolButton:focus { border: 1px solid %accent; }
 QPushButton:pressed { background: %border; }
 QPushButton:checked { background: %accent; color: %on_accent; border-color: %accent; }
 QPushButton:disabled { color: %faint; background: %window; }
+QPushButton[compact="true"] { padding: 4px 3px; }
 QPushButton[primary="true"] { background: %accent; color: %on_accent; border-color: %accent; font-weight: bold; }
 QPushButton[primary="true"]:disabled { background: %window; color: %faint; border-color: %border; }
 QToolButton { border: 1px solid transparent; border-radius: 4px; padding: 4px; }

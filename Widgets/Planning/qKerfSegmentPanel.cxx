@@ -12,6 +12,7 @@
 #include <QPushButton>
 #include <QSlider>
 #include <QSpinBox>
+#include <QStackedWidget>
 #include <QTableWidget>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -21,8 +22,33 @@
 
 using namespace kerf_panel;
 
+namespace {
+
+constexpr int kRow_px = 24;
+
+/// A row of the panel: as tall as what is in it, nothing around it.
+QHBoxLayout* Row(std::initializer_list<QWidget*> parts, int stretched = -1) {
+  auto* row = new QHBoxLayout;
+  row->setContentsMargins(0, 0, 0, 0);
+  row->setSpacing(4);
+  int at = 0;
+  for (QWidget* part : parts) row->addWidget(part, at++ == stretched ? 1 : 0);
+  return row;
+}
+
+QPushButton* Compact(const QString& text, const QString& object_name) {
+  QPushButton* button = Button(text, object_name);
+  button->setProperty("compact", true);
+  return button;
+}
+
+}  // namespace
+
+// Everything is seen at 1280 × 800 without scrolling: each tool shows its own options alone.
 qKerfSegmentPanel::qKerfSegmentPanel(QWidget* parent) : QWidget(parent) {
   auto* column = Column(this);
+  column->setContentsMargins(2, 0, 8, 0);
+  column->setSpacing(5);
   MakePreset(column);
   MakeLabelList(column);
   MakeTools(column);
@@ -34,25 +60,21 @@ qKerfSegmentPanel::qKerfSegmentPanel(QWidget* parent) : QWidget(parent) {
 void qKerfSegmentPanel::MakePreset(QVBoxLayout* column) {
   preset_ = new QComboBox;
   preset_->setObjectName("presetChoice");
-  preset_->addItem(tr("The one organ of this CT"), "");
+  preset_->addItem(tr("The only organ"), "");
   preset_->addItem(tr("Liver"), "liver");
   preset_->addItem(tr("Kidney"), "kidney");
+  preset_->setToolTip(
+      tr("What is looked for: the one organ that fills this CT, or an organ among "
+         "others"));
   segment_ = Primary(tr("Segment"), "segmentButton");
   segment_->setToolTip(tr("Find organ, tumour and inner structures"));
   seeds_ = Hint({});
   seeds_->setObjectName("seedText");
-  clear_seeds_ = Button(tr("Remove seeds"), "clearSeedsButton");
+  clear_seeds_ = Compact(tr("Remove seeds"), "clearSeedsButton");
   warnings_ = Value("segmentationWarnings");
   SetRole(warnings_, "warning");
-  auto* row = new QHBoxLayout;
-  row->addWidget(preset_, 1);
-  row->addWidget(segment_);
-  auto* second = new QHBoxLayout;
-  second->addWidget(seeds_, 1);
-  second->addWidget(clear_seeds_);
-  column->addWidget(Heading(tr("Preset")));
-  column->addLayout(row);
-  column->addLayout(second);
+  column->addLayout(Row({Heading(tr("Preset")), preset_, segment_}, 1));
+  column->addLayout(Row({seeds_, clear_seeds_}, 0));
   column->addWidget(warnings_);
   connect(segment_, &QPushButton::clicked, this, &qKerfSegmentPanel::SegmentWanted);
   connect(clear_seeds_, &QPushButton::clicked, this, &qKerfSegmentPanel::ClearSeedsWanted);
@@ -61,13 +83,15 @@ void qKerfSegmentPanel::MakePreset(QVBoxLayout* column) {
 void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
   labels_ = new QTableWidget(3, 3);
   labels_->setObjectName("labelList");
+  labels_->setToolTip(tr("Tools work on the selected label"));
   labels_->horizontalHeader()->hide();
   labels_->verticalHeader()->hide();
   labels_->horizontalHeader()->setSectionResizeMode(1, QHeaderView::Stretch);
   labels_->setColumnWidth(0, 52);
   labels_->setColumnWidth(2, 74);
-  labels_->verticalHeader()->setDefaultSectionSize(26);
-  labels_->setFixedHeight(3 * 26 + 2);
+  labels_->verticalHeader()->setMinimumSectionSize(kRow_px);
+  labels_->verticalHeader()->setDefaultSectionSize(kRow_px);
+  labels_->setFixedHeight(3 * kRow_px + 2);
   labels_->setSelectionBehavior(QAbstractItemView::SelectRows);
   labels_->setSelectionMode(QAbstractItemView::SingleSelection);
   labels_->setEditTriggers(QAbstractItemView::NoEditTriggers);
@@ -77,14 +101,10 @@ void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
   fill_->setRange(0, 100);
   fill_->setValue(25);
   fill_->setToolTip(tr("How strongly labels are filled in the slices"));
-  column->addWidget(Heading(tr("Labels (the selected one is edited)")));
+  auto* import = Compact(tr("Import labels…"), "importLabelsButton");
+  import->setToolTip(tr("A finished label map: .seg.nrrd, NRRD, NIfTI"));
+  column->addLayout(Row({Heading(tr("Labels")), new QLabel(tr("fill")), fill_, import}, 2));
   column->addWidget(labels_);
-  auto* row = new QHBoxLayout;
-  row->addWidget(new QLabel(tr("Fill")));
-  row->addWidget(fill_, 1);
-  auto* import = Button(tr("Import labels…"), "importLabelsButton");
-  row->addWidget(import);
-  column->addLayout(row);
   connect(fill_, &QSlider::valueChanged, this, [this](int v) { emit FillChanged(v / 100.0); });
   connect(labels_, &QTableWidget::itemChanged, this, [this](QTableWidgetItem* item) {
     if (!filling_ && item->column() == 0)
@@ -131,9 +151,12 @@ void qKerfSegmentPanel::MakeTools(QVBoxLayout* column) {
     row->addWidget(button);
   }
   tools_->button(0)->setChecked(true);
-  column->addWidget(Heading(tr("Tools")));
   column->addLayout(row);
+  MakeToolOptions(column);
+  connect(tools_, &QButtonGroup::idClicked, this, &qKerfSegmentPanel::ShowTool);
+}
 
+void qKerfSegmentPanel::MakeToolOptions(QVBoxLayout* column) {
   seed_kind_ = new QComboBox;
   seed_kind_->setObjectName("seedKind");
   seed_kind_->addItem(tr("organ"), "organ");
@@ -154,22 +177,71 @@ void qKerfSegmentPanel::MakeTools(QVBoxLayout* column) {
   tolerance_->setRange(1, 500);
   tolerance_->setValue(40);
   tolerance_->setSuffix(tr(" HU"));
-  auto* grid = new QGridLayout;
-  grid->setVerticalSpacing(4);
-  grid->addWidget(new QLabel(tr("Seed is")), 0, 0);
-  grid->addWidget(seed_kind_, 0, 1, 1, 3);
-  grid->addWidget(new QLabel(tr("Brush")), 1, 0);
-  grid->addWidget(radius_, 1, 1);
-  grid->addWidget(radius_text_, 1, 2);
-  grid->addWidget(sphere_, 1, 3);
-  grid->addWidget(new QLabel(tr("Grow within ±")), 2, 0);
-  grid->addWidget(tolerance_, 2, 1, 1, 3);
-  column->addLayout(grid);
-  connect(tools_, &QButtonGroup::idClicked, this, &qKerfSegmentPanel::ToolChanged);
+  options_ = new QStackedWidget;
+  options_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
+  const auto page = [this](QHBoxLayout* row) {
+    auto* widget = new QWidget;
+    widget->setLayout(row);
+    return options_->addWidget(widget);
+  };
+  const int look = page(Row({Hint(tr("Tools work on the label selected above."))}, 0));
+  const int seed = page(Row({new QLabel(tr("The place clicked is")), seed_kind_}, 1));
+  const int brush = page(Row({new QLabel(tr("Brush")), radius_, radius_text_, sphere_}, 1));
+  const int grow = page(Row({new QLabel(tr("As bright as the place clicked ±")), tolerance_}, 1));
+  option_page_ = {look, seed, brush, brush, grow};
+  column->addWidget(options_);
   connect(radius_, &QSlider::valueChanged, this, [this](int v) {
     radius_text_->setText(tr("%1 mm").arg(v));
     emit ToolChanged();
   });
+}
+
+void qKerfSegmentPanel::ShowTool() {
+  options_->setCurrentIndex(option_page_[tools_->checkedId()]);
+  emit ToolChanged();
+}
+
+void qKerfSegmentPanel::MakeCleaning(QVBoxLayout* column) {
+  auto* grid = new QGridLayout;
+  grid->setSpacing(4);
+  const struct {
+    const char *text, *operation, *tip;
+  } entries[] = {{"Keep largest", "largest", "Only the largest part of the selected label stays"},
+                 {"Remove islands", "islands", "Parts below 1 ml of the selected label go"},
+                 {"Fill holes", "holes", "What the selected label encloses becomes part of it"},
+                 {"Smooth", "smooth", "Rounds the selected label, with the volume kept"}};
+  int at = 0;
+  const auto add = [grid, &at](QPushButton* button) {
+    grid->addWidget(button, at / 3, at % 3);
+    ++at;
+  };
+  for (const auto& e : entries) {
+    auto* button = Compact(tr(e.text), QStringLiteral("clean-%1").arg(e.operation));
+    button->setToolTip(tr(e.tip));
+    const QString operation = e.operation;
+    connect(button, &QPushButton::clicked, this,
+            [this, operation] { emit CleanWanted(operation); });
+    add(button);
+  }
+  auto* evolve = Compact(tr("Snap to edges"), "evolveButton");
+  evolve->setToolTip(tr(
+      "Active contour: the boundary moves onto the CT's edges and is seen moving; Esc stops it"));
+  connect(evolve, &QPushButton::clicked, this, &qKerfSegmentPanel::EvolveWanted);
+  add(evolve);
+  auto* check = Compact(tr("Check labels"), "checkButton");
+  check->setToolTip(tr("Holes, islands and labels at the CT's border, each with its repair"));
+  add(check);
+  column->addWidget(Heading(tr("Correct the selected label")));
+  column->addLayout(grid);
+  findings_ = Value("findings");
+  repair_holes_ = Button(tr("Repair: fill holes"), "repairHoles");
+  repair_islands_ = Button(tr("Repair: keep largest"), "repairIslands");
+  column->addWidget(findings_);
+  column->addLayout(Row({repair_holes_, repair_islands_}));
+  connect(check, &QPushButton::clicked, this, &qKerfSegmentPanel::CheckWanted);
+  connect(repair_holes_, &QPushButton::clicked, this, [this] { emit CleanWanted("repair-holes"); });
+  connect(repair_islands_, &QPushButton::clicked, this,
+          [this] { emit CleanWanted("repair-islands"); });
 }
 
 void qKerfSegmentPanel::MakeRange(QVBoxLayout* column) {
@@ -180,15 +252,13 @@ void qKerfSegmentPanel::MakeRange(QVBoxLayout* column) {
   for (QSpinBox* s : {low_, high_}) s->setRange(-2000, 4000);
   low_->setValue(100);
   high_->setValue(300);
-  auto* apply = Button(tr("Apply"), "thresholdButton");
-  auto* row = new QHBoxLayout;
-  row->addWidget(low_, 1);
-  row->addWidget(new QLabel(tr("to")));
-  row->addWidget(high_, 1);
-  row->addWidget(new QLabel(tr("HU")));
-  row->addWidget(apply);
-  column->addWidget(Heading(tr("Threshold")));
-  column->addLayout(row);
+  auto* apply = Compact(tr("Apply"), "thresholdButton");
+  apply->setToolTip(
+      tr("Everything between becomes the selected label; inner structures are looked "
+         "for within the organ only"));
+  column->addLayout(Row(
+      {Heading(tr("Threshold")), low_, new QLabel(tr("to")), high_, new QLabel(tr("HU")), apply},
+      1));
   connect(apply, &QPushButton::clicked, this,
           [this] { emit ThresholdWanted(low_->value(), high_->value()); });
 
@@ -196,66 +266,22 @@ void qKerfSegmentPanel::MakeRange(QVBoxLayout* column) {
   other_->setObjectName("booleanOther");
   operation_ = new QComboBox;
   operation_->setObjectName("booleanOperation");
-  operation_->addItems({tr("add"), tr("subtract"), tr("keep only near")});
+  operation_->addItems({tr("add"), tr("subtract"), tr("only near")});
   for (const kerf::LabelInfo& info : kerf::StandardLabels())
     other_->addItem(QString::fromStdString(info.title).section(',', 0, 0), info.value);
   other_->setCurrentIndex(1);
   reach_ = new QDoubleSpinBox;
   reach_->setObjectName("booleanReach");
   reach_->setRange(0, 50);
+  reach_->setDecimals(1);
   reach_->setSuffix(tr(" mm"));
   reach_->setToolTip(tr("The other label is widened by this first"));
-  auto* combine = Button(tr("Apply"), "booleanButton");
-  auto* grid = new QGridLayout;
-  grid->addWidget(operation_, 0, 0);
-  grid->addWidget(other_, 0, 1);
-  grid->addWidget(reach_, 1, 0);
-  grid->addWidget(combine, 1, 1);
-  column->addWidget(Heading(tr("Combine the selected label with another")));
-  column->addLayout(grid);
+  auto* combine = Compact(tr("Apply"), "booleanButton");
+  column->addWidget(Heading(tr("Combine it with another label")));
+  column->addLayout(Row({operation_, other_, reach_, combine}, 1));
   connect(combine, &QPushButton::clicked, this, [this] {
     emit BooleanWanted(other_->currentData().toInt(), operation_->currentIndex(), reach_->value());
   });
-}
-
-void qKerfSegmentPanel::MakeCleaning(QVBoxLayout* column) {
-  auto* grid = new QGridLayout;
-  grid->setSpacing(4);
-  const struct {
-    const char *text, *operation;
-  } entries[] = {{"Keep largest", "largest"},
-                 {"Remove islands", "islands"},
-                 {"Fill holes", "holes"},
-                 {"Smooth", "smooth"}};
-  int at = 0;
-  for (const auto& e : entries) {
-    auto* button = Button(tr(e.text), QStringLiteral("clean-%1").arg(e.operation));
-    const QString operation = e.operation;
-    connect(button, &QPushButton::clicked, this,
-            [this, operation] { emit CleanWanted(operation); });
-    grid->addWidget(button, at / 2, at % 2);
-    ++at;
-  }
-  auto* evolve = Button(tr("Snap to edges"), "evolveButton");
-  evolve->setToolTip(tr(
-      "Active contour: the boundary moves onto the CT's edges and is seen moving; Esc stops it"));
-  connect(evolve, &QPushButton::clicked, this, &qKerfSegmentPanel::EvolveWanted);
-  grid->addWidget(evolve, 2, 0);
-  auto* check = Button(tr("Check labels"), "checkButton");
-  check->setToolTip(tr("Holes, islands and labels at the CT's border, each with its repair"));
-  grid->addWidget(check, 2, 1);
-  column->addWidget(Heading(tr("Correct")));
-  column->addLayout(grid);
-  findings_ = Value("findings");
-  repair_holes_ = Button(tr("Repair: fill holes"), "repairHoles");
-  repair_islands_ = Button(tr("Repair: keep largest"), "repairIslands");
-  column->addWidget(findings_);
-  column->addWidget(repair_holes_);
-  column->addWidget(repair_islands_);
-  connect(check, &QPushButton::clicked, this, &qKerfSegmentPanel::CheckWanted);
-  connect(repair_holes_, &QPushButton::clicked, this, [this] { emit CleanWanted("repair-holes"); });
-  connect(repair_islands_, &QPushButton::clicked, this,
-          [this] { emit CleanWanted("repair-islands"); });
 }
 
 qKerfSegmentPanel::Tool qKerfSegmentPanel::CurrentTool() const {
@@ -264,7 +290,7 @@ qKerfSegmentPanel::Tool qKerfSegmentPanel::CurrentTool() const {
 
 void qKerfSegmentPanel::SetTool(Tool tool) {
   tools_->button(static_cast<int>(tool))->setChecked(true);
-  emit ToolChanged();
+  ShowTool();
 }
 
 int qKerfSegmentPanel::ActiveLabel() const { return std::max(0, labels_->currentRow()) + 1; }
@@ -296,7 +322,7 @@ void qKerfSegmentPanel::Show(const kerf::PlanningSession& session) {
   filling_ = false;
 
   const int seeds = static_cast<int>(session.Seeds().size());
-  seeds_->setText(seeds == 0 ? tr("No seeds. A kidney in a whole abdomen needs one.")
+  seeds_->setText(seeds == 0 ? tr("No seeds. A kidney in an abdomen needs one.")
                              : tr("%n seed(s)", "", seeds).replace("(s)", seeds == 1 ? "" : "s"));
   clear_seeds_->setVisible(seeds > 0);
   segment_->setEnabled(session.Ct().has_value());

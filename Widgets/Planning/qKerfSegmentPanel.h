@@ -1,6 +1,7 @@
 #pragma once
 
 #include <QWidget>
+#include <array>
 
 #include "Session/PlanningSession.h"
 
@@ -12,6 +13,7 @@ class QLabel;
 class QPushButton;
 class QSlider;
 class QSpinBox;
+class QStackedWidget;
 class QTableWidget;
 class QVBoxLayout;
 
@@ -52,13 +54,17 @@ class qKerfSegmentPanel : public QWidget {
   void MakeLabelList(QVBoxLayout* column);
   void MakePreset(QVBoxLayout* column);
   void MakeTools(QVBoxLayout* column);
+  void MakeToolOptions(QVBoxLayout* column);
   void MakeRange(QVBoxLayout* column);
   void MakeCleaning(QVBoxLayout* column);
+  void ShowTool();
 
   QTableWidget* labels_;
   QComboBox *preset_, *seed_kind_, *other_, *operation_;
   QLabel *seeds_, *findings_, *warnings_;
   QButtonGroup* tools_;
+  QStackedWidget* options_;
+  std::array<int, 5> option_page_{};  ///< of each tool
   QSlider *radius_, *fill_;
   QLabel* radius_text_;
   QCheckBox* sphere_;

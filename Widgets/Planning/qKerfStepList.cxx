@@ -56,7 +56,7 @@ qKerfStepList::qKerfStepList(QWidget* parent)
     button->setText("  " + titles[s]);
     button->setToolTip(tr("Step %1 (Alt+%1)").arg(s + 1));
     button->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
-    button->setIconSize(QSize(20, 20));
+    button->setIconSize(QSize(18, 18));
     button->setCheckable(true);
     button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
     group_->addButton(button, s);

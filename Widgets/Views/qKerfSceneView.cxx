@@ -4,6 +4,7 @@
 #include <vtkActor.h>
 #include <vtkActor2D.h>
 #include <vtkAnnotatedCubeActor.h>
+#include <vtkBoundingBox.h>
 #include <vtkCamera.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkInteractorStyleTrackballCamera.h>
@@ -22,7 +23,10 @@
 #include <QMouseEvent>
 #include <QTimer>
 #include <QVBoxLayout>
+#include <algorithm>
+#include <deque>
 #include <map>
+#include <set>
 
 #include "Common/qKerfTheme.h"
 #include "Views/SceneProps.h"
@@ -41,10 +45,50 @@ struct qKerfSceneView::Impl {
   std::string with_bar;
   bool picking = false, waiting = false, framed = false;
   QPoint pressed;
+  int furniture = 0;  ///< shown so far of: the hint, the cube
+  bool bar_drawn = false;
+  std::set<std::string> drawn;     ///< names that were drawn once
+  std::deque<std::string> unseen;  ///< names that wait for it
 
   void Add(const std::string& name, vtkProp* prop) {
     props[name].push_back(prop);
     renderer->AddViewProp(prop);
+    if (drawn.count(name)) return;
+    prop->SetVisibility(false);
+    if (std::find(unseen.begin(), unseen.end(), name) == unseen.end()) unseen.push_back(name);
+  }
+
+  /// The camera as far away as everything needs, also what waits to be drawn.
+  void Frame() {
+    vtkBoundingBox box;
+    for (const auto& [name, parts] : props)
+      for (const auto& prop : parts)
+        if (const double* bounds = prop->GetBounds()) box.AddBounds(bounds);
+    if (!box.IsValid()) return;
+    double bounds[6];
+    box.GetBounds(bounds);
+    renderer->ResetCamera(bounds);
+  }
+
+  /// The first picture of a kind of thing compiles its shaders on the window's thread, 20 to 40 ms
+  /// each when drawing in software. So a picture shows one thing more than the picture before.
+  /// @return whether more is waiting
+  bool ShowOneMore() {
+    if (furniture < 2) {
+      if (++furniture == 2) {
+        marker->SetEnabled(1);
+        marker->InteractiveOff();
+      }
+    } else if (!unseen.empty()) {
+      for (const auto& prop : props[unseen.front()]) prop->SetVisibility(true);
+      drawn.insert(unseen.front());
+      unseen.pop_front();
+    } else {
+      bar_drawn = bar_drawn || !with_bar.empty();
+    }
+    hint->SetVisibility(props.empty());
+    bar->SetVisibility(bar_drawn && !with_bar.empty());
+    return furniture < 2 || !unseen.empty() || (!bar_drawn && !with_bar.empty());
   }
 };
 
@@ -59,6 +103,7 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   column->setContentsMargins(0, 0, 0, 0);
   column->addWidget(impl_->widget);
   impl_->widget->installEventFilter(this);
+  impl_->widget->hide();
   vtkNew<vtkInteractorStyleTrackballCamera> style;
   impl_->window->GetInteractor()->SetInteractorStyle(style);
   impl_->renderer->AutomaticLightCreationOff();
@@ -75,6 +120,7 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   impl_->bar->UnconstrainedFontSizeOn();
   impl_->bar->SetVerticalTitleSeparation(8);
   impl_->bar->SetVisibility(false);
+  impl_->hint->SetVisibility(false);
   impl_->renderer->AddActor2D(impl_->bar);
 
   impl_->hint->GetTextProperty()->SetJustificationToCentered();
@@ -95,8 +141,6 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   impl_->marker->SetOrientationMarker(impl_->cube);
   impl_->marker->SetInteractor(impl_->window->GetInteractor());
   impl_->marker->SetViewport(0.0, 0.0, 0.16, 0.2);
-  impl_->marker->SetEnabled(1);
-  impl_->marker->InteractiveOff();
   ApplyTheme();
   LookFrom('A');
 }
@@ -140,11 +184,22 @@ void qKerfSceneView::Render() {
     impl_->waiting = false;
     if (!impl_->framed && !impl_->props.empty()) {
       impl_->framed = true;
-      impl_->renderer->ResetCamera();
+      impl_->Frame();
     }
-    impl_->hint->SetVisibility(impl_->props.empty());
+    if (!isVisible()) return;
+    const bool more = impl_->ShowOneMore();
     impl_->renderer->ResetCameraClippingRange();
-    if (isVisible()) impl_->window->Render();
+    impl_->window->Render();
+    if (more) Render();
+  });
+}
+
+void qKerfSceneView::showEvent(QShowEvent* event) {
+  QWidget::showEvent(event);
+  // OpenGL starts in a turn of its own, after the page's first picture.
+  QTimer::singleShot(0, impl_->widget, [this] {
+    impl_->widget->show();
+    Render();
   });
 }
 
@@ -164,7 +219,6 @@ void qKerfSceneView::SetColoredSurface(const std::string& name, const kerf::Surf
   impl_->table->SetTableRange(low, high);
   impl_->Add(name, kerf_scene::ColoredSurfaceProp(surface, values, impl_->table, opacity));
   impl_->bar->SetTitle(title.toUtf8().constData());
-  impl_->bar->SetVisibility(true);
   impl_->with_bar = name;
   Render();
 }
@@ -202,10 +256,9 @@ void qKerfSceneView::Remove(const std::string& name) {
   if (found == impl_->props.end()) return;
   for (const auto& prop : found->second) impl_->renderer->RemoveViewProp(prop);
   impl_->props.erase(found);
-  if (impl_->with_bar == name) {
-    impl_->bar->SetVisibility(false);
-    impl_->with_bar.clear();
-  }
+  impl_->unseen.erase(std::remove(impl_->unseen.begin(), impl_->unseen.end(), name),
+                      impl_->unseen.end());
+  if (impl_->with_bar == name) impl_->with_bar.clear();
   Render();
 }
 
@@ -258,12 +311,12 @@ void qKerfSceneView::LookFrom(char from) {
   camera->SetFocalPoint(0, 0, 0);
   camera->SetPosition(eye);
   camera->SetViewUp(up);
-  impl_->renderer->ResetCamera();
+  impl_->Frame();
   Render();
 }
 
 void qKerfSceneView::ResetCamera() {
-  impl_->renderer->ResetCamera();
+  impl_->Frame();
   Render();
 }
 
@@ -281,7 +334,11 @@ QPointF qKerfSceneView::WidgetFromWorld(const kerf::Vec3& world_mm) const {
   return {p[0] / ratio, impl_->widget->height() - 1 - p[1] / ratio};
 }
 
-QImage qKerfSceneView::Picture() { return impl_->widget->grabFramebuffer(); }
+QImage qKerfSceneView::Picture() {
+  while (impl_->ShowOneMore()) {
+  }
+  return impl_->widget->grabFramebuffer();
+}
 
 bool qKerfSceneView::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::MouseButtonDblClick && !impl_->picking) {

@@ -54,7 +54,7 @@ Progress silent;
 
 TEST(LabelEditor, StrokeIsExactlyUndone) {
   LabelEditor editor;
-  editor.Reset(Ball(Grid(), 9));
+  editor.Reset(CountLabels(Ball(Grid(), 9)));
   const LabelMap before = editor.Snapshot();
   LabelEditor::Brush brush;
   brush.radius_mm = 4;
@@ -83,6 +83,36 @@ TEST(LabelEditor, WhatWasHandedOutNeverChanges) {
   editor.EndStroke();
   EXPECT_EQ(CountOf(*snapshot.voxels, 1), 0u);
   EXPECT_GT(CountOf(*editor.Labels().voxels, 1), 0u);
+}
+
+TEST(LabelEditor, AnEditIsTakenOverAndUndone) {
+  LabelEditor editor;
+  editor.Reset(CountLabels(Ball(Grid(), 9)));
+  const LabelMap before = editor.Snapshot();
+  const LabelMap after = Ball(Grid(), 6, 2);
+  const LabelDelta delta = editor.Replace(CompareLabels(before, *after.voxels));
+  EXPECT_EQ(*editor.Labels().voxels, *after.voxels);
+  EXPECT_EQ(editor.Count(1), 0u);
+  EXPECT_EQ(editor.Count(2), CountOf(*after.voxels, 2));
+  editor.Apply(delta, false);
+  EXPECT_EQ(*editor.Labels().voxels, *before.voxels);
+  EXPECT_EQ(editor.Count(1), CountOf(*before.voxels, 1));
+}
+
+TEST(LabelEditor, AnEditOfLabelsThatWereChangedSinceIsComparedAnew) {
+  LabelEditor editor;
+  editor.Reset(Grid(), "ct");
+  const LabelMap after = Ball(Grid(), 6, 2);
+  const LabelEdit edit = CompareLabels(editor.Snapshot(), *after.voxels);
+  editor.BeginStroke();
+  editor.Dab({}, Vec3(5, 5, 5), nullptr);
+  const LabelVoxels dabbed = *editor.Labels().voxels;
+  const LabelDelta delta = editor.Replace(edit);
+  EXPECT_EQ(*editor.Labels().voxels, *after.voxels);
+  EXPECT_EQ(editor.Count(1), 0u);
+  editor.Apply(delta, false);
+  EXPECT_EQ(*editor.Labels().voxels, dabbed);
+  EXPECT_EQ(editor.Count(1), CountOf(dabbed, 1));
 }
 
 TEST(LabelEditor, FlatBrushStaysInItsSliceAndBallDoesNot) {

@@ -9,6 +9,8 @@
 #include <QLineEdit>
 #include <QListWidget>
 #include <QRegularExpression>
+#include <QScrollArea>
+#include <QScrollBar>
 #include <QSlider>
 #include <QToolButton>
 
@@ -50,6 +52,8 @@ class PlanningGuiTest : public QObject {
   /// Steps 5 and 6. @param places in fractions of the 3-D view, all on the organ
   void PlaceCameraAndLandmarks(const QVector<QPointF>& places);
   void Save();
+  /// The panel that holds this widget is seen whole.
+  void AllIsSeen(const QString& widget) const;
   std::unique_ptr<QTemporaryDir> folder_;
   std::unique_ptr<GuiDriver> gui_;
   QString ct_, camera_;
@@ -166,6 +170,14 @@ void PlanningGuiTest::Save() {
   QTRY_VERIFY(!QFile::exists(QDir(Path("run")).filePath("work/planning/autosave.kerfwork")));
 }
 
+void PlanningGuiTest::AllIsSeen(const QString& widget) const {
+  QWidget* at = gui_->Find(widget);
+  while (at && !qobject_cast<QScrollArea*>(at)) at = at->parentWidget();
+  QVERIFY2(at, "no scroll area");
+  QTRY_VERIFY2(qobject_cast<QScrollArea*>(at)->verticalScrollBar()->maximum() == 0,
+               qPrintable(widget));
+}
+
 void PlanningGuiTest::FromCtToCase() {
   gui_->Drop(ct_);
   QVERIFY(gui_->Idle());
@@ -177,6 +189,8 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY2(std::abs(organ - 79.6) < 6, qPrintable(QString::number(organ)));
   QVERIFY2(gui_->Volume_ml(1) > 0.7, "tumour");
   QVERIFY2(gui_->Volume_ml(2) > 0.5, "inner structure");
+  QVERIFY(!gui_->Text("segmentationWarnings").isEmpty());
+  AllIsSeen("segmentButton");
 
   gui_->Step(2);
   qobject_cast<QSlider*>(gui_->Find("tetrahedraSlider"))->setValue(20);
@@ -199,6 +213,7 @@ void PlanningGuiTest::FromCtToCase() {
   QTest::qWait(50);
   gui_->Click("measureButton");
   QVERIFY(gui_->Idle());
+  AllIsSeen("measureButton");
   const QString measures = gui_->Text("measures");
   QVERIFY2(measures.contains("Remnant"), qPrintable(measures + gui_->Text("measureNote")));
   QVERIFY2(measures.contains("Sheet to tumour"), qPrintable(measures));
@@ -210,7 +225,9 @@ void PlanningGuiTest::FromCtToCase() {
   QCOMPARE(Measure("Tumour left behind"), 0.0);
 
   PlaceCameraAndLandmarks({{0.4, 0.4}, {0.6, 0.4}, {0.4, 0.6}, {0.6, 0.6}});
+  AllIsSeen("openCameraButton");
   Save();
+  AllIsSeen("saveButton");
 
   // The files, checked against their hashes, as replay opens them.
   const kerf::CaseFolder opened = kerf::CaseFolder::Open(Path("case").toStdString());

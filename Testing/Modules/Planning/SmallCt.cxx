@@ -5,19 +5,19 @@
 
 namespace kerf::testing {
 
-Volume SmallCt() {
+Volume EllipsoidCt(const Eigen::Vector3i& size, const Vec3& spacing_mm, double scale) {
   Volume ct;
-  ct.grid.size = {52, 40, 38};
-  ct.grid.spacing_mm = Vec3::Constant(2);
-  ct.grid.origin_mm = -(ct.grid.size.cast<double>() - Vec3::Ones());
+  ct.grid.size = size;
+  ct.grid.spacing_mm = spacing_mm;
+  ct.grid.origin_mm = -0.5 * (size.cast<double>() - Vec3::Ones()).cwiseProduct(spacing_mm);
   ct.source = "small ct";
   auto voxels = std::make_shared<std::vector<std::int16_t>>(ct.grid.VoxelCount());
   std::mt19937 random(7);
   std::size_t at = 0;
-  for (int k = 0; k < ct.grid.size[2]; ++k)
-    for (int j = 0; j < ct.grid.size[1]; ++j)
-      for (int i = 0; i < ct.grid.size[0]; ++i, ++at) {
-        const Vec3 p = ct.grid.WorldFromIndex(Vec3(i, j, k));
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i, ++at) {
+        const Vec3 p = ct.grid.WorldFromIndex(Vec3(i, j, k)) / scale;
         const double organ = p.cwiseQuotient(Vec3(36, 24, 22)).norm();
         double hu = j < 2 ? -1000 : -100;
         if (organ < 1) hu = 165;
@@ -31,5 +31,7 @@ Volume SmallCt() {
   ct.voxels = std::move(voxels);
   return ct;
 }
+
+Volume SmallCt() { return EllipsoidCt({52, 40, 38}, Vec3::Constant(2), 1); }
 
 }  // namespace kerf::testing

@@ -9,5 +9,7 @@ namespace kerf::testing {
 /// is centred at the origin with half axes 36 × 24 × 22 mm: 79.6 ml; the tumour is a ball of 7 mm
 /// at (16, −8, 2).
 Volume SmallCt();
+/// The same organ `scale` times as large on another grid, which is centred on it.
+Volume EllipsoidCt(const Eigen::Vector3i& size, const Vec3& spacing_mm, double scale);
 
 }  // namespace kerf::testing
