@@ -18,6 +18,7 @@ enum class Method {
 struct MethodOptions {
   Method method = Method::Kerf;
   bool cutting = true;
+  bool hold_search = false;  ///< what a search for better cuts found is not taken over yet
   bool hold_cuts = false;  ///< detected cuts are proposals (ModelCut::held) until they are accepted
 
   // Elasticity and springs, Eq. (2)–(5)

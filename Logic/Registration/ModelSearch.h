@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <memory>
 #include <optional>
@@ -19,6 +20,10 @@ class ModelSearch {
   /// @return false where there is nothing to search for
   bool Begin(const std::vector<char>& usable, const CameraModel& camera,
              const MethodOptions& options, const TetCutter& cutter, const RegistrationState& state);
+  /// Whether Finish would not wait.
+  bool Ready() const {
+    return !found_.valid() || found_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
   /// Waits for the end. @return none also when no search was begun
   std::optional<BetterModel> Finish();
   /// Gives a running search up: the cuts are no longer those that it began with. It notices after

@@ -194,7 +194,7 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
     }
     return;
   }
-  if (state->frame < probing.due_frame) return;
+  if (state->frame < probing.due_frame || options.hold_search) return;
   probing.due_frame = -1;
   if (engine.observer) engine.observer->Wait();
   auto better = engine.search->Finish();

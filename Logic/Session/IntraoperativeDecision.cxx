@@ -7,8 +7,9 @@ namespace kerf {
 namespace {
 
 using Kind = IntraoperativeDecision::Kind;
-constexpr Kind kKinds[] = {Kind::AcceptCut, Kind::RejectCut, Kind::Undo,    Kind::DrawCut,
-                           Kind::HoldCuts,  Kind::TakeCuts,  Kind::Confirm, Kind::LimitSolver};
+constexpr Kind kKinds[] = {Kind::AcceptCut,  Kind::RejectCut, Kind::Undo,    Kind::DrawCut,
+                           Kind::HoldCuts,   Kind::TakeCuts,  Kind::Confirm, Kind::LimitSolver,
+                           Kind::HoldSearch, Kind::TakeSearch};
 
 /// Ends of a drawn line that were led over the rim, in words; empty where it stayed as it was.
 std::string LedOverRim(const Points& drawn, const Points& made) {
@@ -50,6 +51,10 @@ const char* EventName(Kind kind) {
       return "registration confirmed";
     case Kind::LimitSolver:
       return "solver limited";
+    case Kind::HoldSearch:
+      return "search late";
+    case Kind::TakeSearch:
+      return "search ready";
   }
   return "";
 }
@@ -165,6 +170,12 @@ DecisionOutcome Decide(RegistrationSession* session, IntraoperativeDecision* dec
       return {true, "Registration confirmed."};
     case Kind::LimitSolver:
       session->LimitSolver(decision->iterations);
+      return {true, {}};
+    case Kind::HoldSearch:
+      session->HoldSearch(true);
+      return {true, {}};
+    case Kind::TakeSearch:
+      session->HoldSearch(false);
       return {true, {}};
   }
   return {};

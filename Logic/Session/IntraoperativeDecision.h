@@ -14,20 +14,21 @@ namespace kerf {
 class RegistrationSession;
 struct RegistrationState;
 
-/// What the surgeon (or, for the solver's limit, the deadline of a frame) decides while a session
-/// runs. It takes effect between two frames and is written
-/// to the journal with the number of the frame that it comes before, so that a replay does the
-/// same.
+/// What the surgeon (or, for the solver's limit and the search for better cuts, the clock) decides
+/// while a session runs. It takes effect between two frames and is written to the journal with the
+/// number of the frame that it comes before, so that a replay does the same.
 struct IntraoperativeDecision {
   enum class Kind {
     AcceptCut,
     RejectCut,
     Undo,
     DrawCut,
-    HoldCuts,    ///< from now on proposals wait
-    TakeCuts,    ///< from now on cuts are taken automatically
-    Confirm,     ///< the registration is right again after a loss: show the overlay
-    LimitSolver  ///< from now on at most `iterations` a frame
+    HoldCuts,     ///< from now on proposals wait
+    TakeCuts,     ///< from now on cuts are taken automatically
+    Confirm,      ///< the registration is right again after a loss: show the overlay
+    LimitSolver,  ///< from now on at most `iterations` a frame
+    HoldSearch,   ///< the search for better cuts is late: frames do not wait for it
+    TakeSearch    ///< what it found is taken over
   } kind = Kind::Undo;
   int cut = -1;
   Pixels stroke;                  ///< DrawCut, live: raw distorted px

@@ -46,6 +46,7 @@ struct IntraoperativeWorker::Implementation {
   SourceState::Kind source_kind = SourceState::Kind::Running;
   SolverPace pace;
   int solver_limit = 0;
+  bool search_held = false;
   std::string recording_problem, said, stopped;
   int said_number = 0;
   SessionFrame last;
@@ -80,7 +81,9 @@ struct IntraoperativeWorker::Implementation {
   void GoOnWithout(const std::string& why);
   void Register(const CapturedFrame& captured);
   void CarryOut(IntraoperativeDecision decision);
+  void DecideByTheClock(IntraoperativeDecision decision);
   void KeepDeadline();
+  void DoNotWaitForSearch();
   void WatchSource();
   void Gate(const SourceState& source, IntraoperativeSnapshot* out);
   std::shared_ptr<IntraoperativeSnapshot> Describe(const Frame& frame, const SessionFrame& report,
@@ -108,14 +111,30 @@ void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decis
     Say(event, data);
 }
 
+/// Unlike a surgeon's, without words.
+void IntraoperativeWorker::Implementation::DecideByTheClock(IntraoperativeDecision decision) {
+  Decide(parts.session.get(), &decision);
+  Say(EventName(decision.kind), ToJournal(decision));
+}
+
+/// A search that shares the cores with the window may take longer than the frames that it is given.
+void IntraoperativeWorker::Implementation::DoNotWaitForSearch() {
+  const bool is_late = parts.session->SearchIsLate(frames);
+  if (is_late == search_held) return;
+  search_held = is_late;
+  IntraoperativeDecision decision;
+  decision.kind =
+      is_late ? IntraoperativeDecision::Kind::HoldSearch : IntraoperativeDecision::Kind::TakeSearch;
+  DecideByTheClock(decision);
+}
+
 void IntraoperativeWorker::Implementation::KeepDeadline() {
   pace.Note(last.times.Sum(), last.times.solve_ms, last.step.solve.cg_iterations);
   if (pace.Limit() == solver_limit) return;
   IntraoperativeDecision decision;
   decision.kind = IntraoperativeDecision::Kind::LimitSolver;
   decision.iterations = solver_limit = pace.Limit();
-  Decide(parts.session.get(), &decision);  // unlike a surgeon's, without words
-  Say(EventName(decision.kind), ToJournal(decision));
+  DecideByTheClock(decision);
 }
 
 void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
@@ -175,6 +194,7 @@ void IntraoperativeWorker::Implementation::Register(const CapturedFrame& capture
   frame.index = frames;
   frame.time_s = time_s;
   WithSink([&](IntraoperativeSink& sink) { frame = sink.Record(captured, frames, time_s); });
+  DoNotWaitForSearch();
   last = parts.session->Process(frame);
   ++frames;
   WithSink([&](IntraoperativeSink& sink) { sink.Registered(last, parts.session->State()); });

@@ -63,6 +63,13 @@ class RegistrationSession {
   /// From the next frame on the solver takes at most so many iterations a frame; 0 = until it has
   /// converged.
   void LimitSolver(int iterations) { options_.solve.most_iterations = iterations; }
+  /// Whether `frame` would wait for the search for better cuts. How long that takes is up to the
+  /// machine: who acts on it writes down what was decided.
+  bool SearchIsLate(int frame) const {
+    return state_.probing.due_frame >= 0 && frame >= state_.probing.due_frame && !search_.Ready();
+  }
+  /// What the search found is not taken over, from the next frame on; or it is, when it is due.
+  void HoldSearch(bool hold) { options_.hold_search = hold; }
   /// Cuts the model along a held proposal. @return what the cutter did
   CutReport AcceptCut(int cut);
   /// Forgets a proposal, or takes an applied cut out of the model; its evidence counts no more.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "CrackedBand.h"
@@ -265,6 +267,54 @@ TEST(CutDecisions, NonsenseChangesNothing) {
   EXPECT_EQ(run.session->DrawCut(Points(1, 3), Vec3::UnitZ(), 0, nullptr), -1);
   EXPECT_EQ(run.session->DrawCut(AcrossBand(0), Vec3::Zero(), 0, nullptr), -1);
   EXPECT_EQ(run.session->Undo().what, "");
+}
+
+/// Runs to the frame in which a search is to be taken over. @return false where there is none
+bool RunToDueSearch(BandRun* run) {
+  while (run->next < kRestFrames + kCutFrames + 40) {
+    if (run->State().probing.due_frame == run->next) return true;
+    run->Next();
+  }
+  return false;
+}
+
+TEST(Search, IsTakenOverInTheFrameThatTheJournalNames) {
+  // Late in a live session, and a replay of it, for which it is as late without being slow.
+  std::vector<Points> places;
+  for (const auto how_long : {std::chrono::milliseconds(0), std::chrono::milliseconds(30)}) {
+    BandRun run(true, false);
+    ASSERT_TRUE(RunToDueSearch(&run));
+    const int due = run.State().probing.due_frame;
+    IntraoperativeDecision decision;
+    decision.kind = IntraoperativeDecision::Kind::HoldSearch;
+    EXPECT_TRUE(Decide(run.session.get(), &decision).done);
+    for (int frame = 0; frame < 5; ++frame) {
+      std::this_thread::sleep_for(how_long);
+      run.Next();
+      EXPECT_EQ(run.State().probing.due_frame, due) << "it was taken over";
+    }
+    decision.kind = IntraoperativeDecision::Kind::TakeSearch;
+    EXPECT_TRUE(Decide(run.session.get(), &decision).done);
+    EXPECT_TRUE(decision.cut == -1 && ToJournal(decision).empty());
+    run.Next();
+    EXPECT_NE(run.State().probing.due_frame, due) << "it was not taken over";
+    EXPECT_FALSE(run.session->SearchIsLate(due - 1));
+    run.RunTo(run.next + 5);
+    places.push_back(run.State().positions);
+  }
+  ASSERT_EQ(places[0].rows(), places[1].rows());
+  EXPECT_TRUE(places[0] == places[1]);
+}
+
+TEST(Search, WhatTheClockDecidesComesOutOfTheJournalAsItWentIn) {
+  for (const auto kind :
+       {IntraoperativeDecision::Kind::HoldSearch, IntraoperativeDecision::Kind::TakeSearch}) {
+    JournalEntry entry;
+    entry.event = EventName(kind);
+    const auto decision = DecisionOf(entry, "journal");
+    ASSERT_TRUE(decision);
+    EXPECT_EQ(decision->kind, kind);
+  }
 }
 
 }  // namespace
