@@ -144,6 +144,7 @@ CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
   };
   std::vector<Entry> entries;
   std::vector<Index> near, entries_begin;
+  std::vector<char> is_near(rows_.size(), 0);
   std::vector<std::array<Index, 4>> entry_of(rows_.size(), {-1, -1, -1, -1});
   for (Index v = 0; v < static_cast<Index>(rows_.size()); ++v) {
     const std::size_t before = entries.size();
@@ -155,6 +156,7 @@ CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
     }
     if (entries.size() == before) continue;
     near.push_back(v);
+    is_near[v] = 1;
     entries_begin.push_back(static_cast<Index>(before));
   }
   entries_begin.push_back(static_cast<Index>(entries.size()));
@@ -164,7 +166,8 @@ CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
   std::iota(parent.begin(), parent.end(), 0);
   for (std::size_t c = 0; c < links_.size(); ++c) {
     const std::vector<Index>& vertices = field.Chunks()[c].vertices;
-    for (std::size_t v = 0; v < vertices.size(); ++v)
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      if (!is_near[vertices[v]]) continue;
       for (int k = 0; k < 4; ++k) {
         const Index e = entry_of[vertices[v]][k];
         const Index linked = links_[c][4 * v + k];
@@ -173,6 +176,7 @@ CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
                     q = FindRoot(&parent, entry_of[vertices[linked / 4]][linked % 4]);
         parent[std::max(p, q)] = std::min(p, q);
       }
+    }
   }
   std::vector<float> weight(entries.size(), 0.0f), total(flagged_nodes.size(), 0.0f);
   std::vector<Index> origin(entries.size(), -1);  // what its old vertices had

@@ -45,12 +45,14 @@ void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   center_ = Vec3::Zero();
   if (mesh.VertexCount() > 0) center_ = mesh.rest.colwise().mean().transpose();
   SetRest();
+  MeasureComponents();
   preconditioner_.Reset(workers_, rest_, field_);
   x_.clear();
   last_positions_.resize(0, 3);
   lowest_ratio_ = 0.3;
   renumbered_ = true;
   modes_.Clear();
+  tip_.clear();
   was_cut_ = false;
 }
 
@@ -58,6 +60,9 @@ void KerfSolver::SetRest() {
   rest_.assign(field_.VertexCount(), Vec3::Zero());
   for (Index v = 0; v < mesh_.VertexCount(); ++v)
     rest_[field_.Inner(v)] = mesh_.rest.row(v).transpose() - center_;
+}
+
+void KerfSolver::MeasureComponents() {
   components_ = field_.Components(&component_);
   volume_mm3_ = field_.LumpedVolumes();
   component_volume_mm3_.assign(components_, 0.0);
@@ -70,27 +75,44 @@ void KerfSolver::SetRest() {
 
 void KerfSolver::Apply(const TopologyChange& change) {
   if (!change.changed) return;
-  // The caller maps its positions in the same way, so the next call recognizes the pose.
-  if (last_positions_.rows() > 0) last_positions_ = change.MapVertexField(last_positions_);
-  const ElementField::Patch patch = field_.Apply(workers_, change.mesh, material_, change);
-  mesh_ = change.mesh;
-  if (!x_.empty()) {
-    // All at once: a new vertex may have the place of one that another new one stems from.
-    std::vector<Vec3> at(patch.new_vertices.size(), Vec3::Zero());
-    for (std::size_t i = 0; i < at.size(); ++i)
-      for (int k = 0; k < 4; ++k)
-        at[i] += change.vertex_weights(field_.Outer(patch.new_vertices[i]), k) *
-                 At(&x_, patch.parents[i][k]);
-    x_.resize(3 * static_cast<std::size_t>(field_.VertexCount()), 0.0);
-    for (std::size_t i = 0; i < at.size(); ++i) At(&x_, patch.new_vertices[i]) = at[i];
-  }
+  workers_.Run([&] { Follow(change); });
+}
+
+void KerfSolver::Follow(const TopologyChange& change) {
+  ElementField::Patch patch;
+  const auto keep_caller = [&] {
+    mesh_ = change.mesh;
+    // The caller maps its positions in the same way, so the next call recognizes the pose.
+    if (last_positions_.rows() > 0) last_positions_ = change.MapVertexField(last_positions_);
+  };
+  workers_.Both(keep_caller,
+                [&] { patch = field_.Apply(workers_, change.mesh, material_, change); });
   SetRest();
-  preconditioner_.Apply(workers_, rest_, field_, patch);
-  modes_.Apply(field_, change, patch);
+  workers_.Both(
+      [&] {
+        MapInner(change, patch);
+        MeasureComponents();
+      },
+      [&] { preconditioner_.Apply(workers_, rest_, field_, patch); });
+  tip_.insert(tip_.end(), patch.new_vertices.begin(), patch.new_vertices.end());
+  tip_.insert(tip_.end(), patch.origins.begin(), patch.origins.end());
   was_cut_ = renumbered_ = true;
 }
 
-void KerfSolver::Synchronize(const Points& positions) {
+void KerfSolver::MapInner(const TopologyChange& change, const ElementField::Patch& patch) {
+  modes_.Apply(field_, change, patch);
+  if (x_.empty()) return;
+  // All at once: a new vertex may have the place of one that another new one stems from.
+  std::vector<Vec3> at(patch.new_vertices.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (int k = 0; k < 4; ++k)
+      at[i] += change.vertex_weights(field_.Outer(patch.new_vertices[i]), k) *
+               At(&x_, patch.parents[i][k]);
+  x_.resize(3 * static_cast<std::size_t>(field_.VertexCount()), 0.0);
+  for (std::size_t i = 0; i < at.size(); ++i) At(&x_, patch.new_vertices[i]) = at[i];
+}
+
+bool KerfSolver::Synchronize(const Points& positions) {
   const Index n = field_.VertexCount();
   x32_.resize(n);
   residual_.resize(n);
@@ -116,8 +138,9 @@ void KerfSolver::Synchronize(const Points& positions) {
       At(&x_, field_.Inner(v)) = inner_from_world * positions.row(v).transpose();
     field_.ResetRotations();
     modes_.Clear();
+    tip_.clear();
   }
-  elastic_nJ_ = Linearize(same);
+  return same;
 }
 
 double KerfSolver::Linearize(bool only_stale) {
@@ -198,7 +221,7 @@ SolveReport KerfSolver::Solve(const Springs& springs, const Fixations& fixations
 void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
                           const SolveOptions& options, Points* positions, Points* velocities,
                           SolveReport* report) {
-  Synchronize(*positions);
+  const bool same = Synchronize(*positions);
   loads_.Set(springs, fixations, mesh_, field_, renumbered_);
   renumbered_ = false;
   // With inertia the rigid motion has its own dynamics; without, its minimum is found beforehand.
@@ -206,7 +229,9 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
                                     : loads_.FitRigid(x_, &world_from_inner_);
   SetAnchors(*positions, velocities, options);
   preconditioner_.Update(workers_, field_, loads_, anchor_);
-  double anchors_nJ = options.inertia ? AnchorEnergy() : 0.0;
+  if (FreeTip()) loads_nJ = loads_.Evaluate(world_from_inner_, x_);
+  elastic_nJ_ = Linearize(same);
+  double anchors_nJ = AnchorEnergy();
 
   const int limit = options.max_newton_steps > 0 ? options.max_newton_steps : kMaxNewtonSteps;
   LinearSolve solve;

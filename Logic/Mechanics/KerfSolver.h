@@ -34,7 +34,14 @@ class KerfSolver final : public ElasticSolver {
 
   Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
   void SetRest();
-  void Synchronize(const Points& positions);
+  void MeasureComponents();
+  /// Apply, among the threads.
+  void Follow(const TopologyChange& change);
+  /// Inner positions and recycled motions after a change of topology.
+  void MapInner(const TopologyChange& change, const ElementField::Patch& patch);
+  /// @return whether positions are what the last call returned: then the linearization is valid,
+  /// too
+  bool Synchronize(const Points& positions);
   void SetAnchors(const Points& positions, const Points* velocities, const SolveOptions& options);
   double Linearize(bool only_stale);
   double AnchorEnergy() const;
@@ -62,6 +69,9 @@ class KerfSolver final : public ElasticSolver {
   /// residual and the present one, whose M⁻¹r is direction_. @param start_nJ rᵀM⁻¹r
   double GapAfter(const LinearSolve& solve, double start_nJ) const;
   void MoveBy(double length);
+  /// What a cut has just freed is solved for by itself before anything else. @return whether
+  /// anything moved
+  bool FreeTip();
   /// Where a few vertices alone are out of balance, theirs is solved for first. @return whether
   /// anything moved
   bool CorrectPatch();
@@ -92,6 +102,7 @@ class KerfSolver final : public ElasticSolver {
   double elastic_nJ_ = 0.0;
   double lowest_ratio_ =
       0.3;  ///< lower end of the spectrum of M⁻¹H as the last linear solve saw it
+  std::vector<Index> tip_;  ///< inner vertices that came since the last call, with their origins
   bool renumbered_ = true;
   bool was_cut_ = false;  ///< since the reset: only then are modes looked for
 };

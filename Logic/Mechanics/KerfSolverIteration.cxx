@@ -15,6 +15,8 @@ constexpr double kOffMm = 0.025;
 /// As many of them are a matter of a patch: they and those within two tetrahedra.
 constexpr Index kMostOff = 40;
 constexpr int kPatchRings = 2;
+/// What a cut has freed is a patch of as many rings as are not more than this part of the mesh.
+constexpr Index kLeastShare = 12;
 /// Relative reduction of the energy norm of the residual per linear solve.
 constexpr double kCgReduction = 0.003;
 /// Of rᵀM⁻¹r: what is left then is rounding, whatever the goal.
@@ -98,6 +100,25 @@ double KerfSolver::Residual(double* largest_uN) {
   return product + CorrectCoarse();
 }
 
+bool KerfSolver::FreeTip() {
+  std::vector<Index> tip = std::move(tip_);
+  tip_.clear();
+  tip.erase(std::remove_if(tip.begin(), tip.end(), [&](Index v) { return field_.Outer(v) < 0; }),
+            tip.end());
+  std::sort(tip.begin(), tip.end());
+  tip.erase(std::unique(tip.begin(), tip.end()), tip.end());
+  if (tip.empty()) return false;
+  std::vector<Index> patch;
+  for (int rings = 1; rings <= kPatchRings; ++rings) {
+    std::vector<Index> wider = field_.Surroundings(rings == 1 ? tip : patch, 1);
+    if (kLeastShare * static_cast<Index>(wider.size()) > field_.VertexCount()) break;
+    patch = std::move(wider);
+  }
+  if (patch.empty()) return false;
+  patch_solver_.Solve(patch, {loads_, anchor_, anchor_at_, preconditioner_}, &field_, &x_);
+  return true;
+}
+
 bool KerfSolver::CorrectPatch() {
   const double off2 = kOffMm * kOffMm * lowest_ratio_;
   std::vector<Index> off;
@@ -109,7 +130,7 @@ bool KerfSolver::CorrectPatch() {
   if (off.empty()) return false;
   const std::vector<Index> patch = field_.Surroundings(std::move(off), kPatchRings);
   if (2 * static_cast<Index>(patch.size()) > field_.VertexCount()) return false;
-  patch_solver_.Solve(patch, {loads_, anchor_, preconditioner_, residual_}, &field_, &x_);
+  patch_solver_.Solve(patch, {loads_, anchor_, anchor_at_, preconditioner_}, &field_, &x_);
   return true;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -30,6 +31,17 @@ class Workers {
       arena_->execute(function);
     else
       function();
+  }
+
+  /// Two pieces of work that have nothing in common.
+  template <class First, class Second>
+  void Both(const First& first, const Second& second) const {
+    if (arena_) {
+      arena_->execute([&] { tbb::parallel_invoke(first, second); });
+    } else {
+      first();
+      second();
+    }
   }
 
   /// function(begin, end) for each chunk of [0, count).

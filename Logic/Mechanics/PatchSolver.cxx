@@ -46,6 +46,22 @@ void PatchSolver::Attach(const Problem& problem) {
                                    pulled_.begin());
 }
 
+void PatchSolver::SetForce(const Problem& problem, const std::vector<double>& x) {
+  for (Index i = 0; i < free_; ++i) {
+    const Index v = excerpt_.vertices[i];
+    float pull[3];
+    for (int k = 0; k < 3; ++k)
+      pull[k] = problem.anchor[v] * static_cast<float>(problem.anchor_at[3 * v + k] - x[3 * v + k]);
+    force_[i] = {pull[0], pull[1], pull[2], 0.0f};
+  }
+  for (const Pull& pull : pulls_) {
+    const F4& gradient = problem.loads.Loads()[pulled_[pull.load]].gradient;
+    simd::Store(&force_[pull.free],
+                _mm_sub_ps(simd::Load(force_[pull.free]),
+                           _mm_mul_ps(_mm_set1_ps(pull.weight), simd::Load(gradient))));
+  }
+}
+
 void PatchSolver::AddOuterProduct(const Problem& problem, const std::vector<F4>& p,
                                   std::vector<F4>* y) {
   pulled_values_.assign(pulled_.size(), F4{});
@@ -123,15 +139,11 @@ void PatchSolver::Solve(const std::vector<Index>& vertices, const Problem& probl
     x_[i] = {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2]), 0.0f};
   }
   start_.assign(x_.begin(), x_.begin() + free_);
-  force_.assign(free_, F4{});
+  force_.resize(free_);
   residual_.resize(free_);
   direction_.resize(free_);
+  SetForce(problem, *x);
   double energy = Linearize(problem);
-  // What is not of these tetrahedra is the force of springs and anchors.
-  for (Index i = 0; i < free_; ++i) {
-    residual_[i] = problem.residual[excerpt_.vertices[i]];
-    simd::Store(&force_[i], _mm_add_ps(simd::Load(residual_[i]), simd::Load(product_[i])));
-  }
   for (int newton = 0; newton < kMaxNewtonSteps; ++newton) {
     const double descent = SolveLinear(problem);
     float longest = 0.0f;

@@ -16,8 +16,8 @@ class PatchSolver {
   struct Problem {
     const FeatureLoads& loads;  ///< linearized; taken as quadratic
     const std::vector<float>& anchor;
+    const std::vector<double>& anchor_at;  ///< 3 per inner vertex
     const TwoLevelPreconditioner& preconditioner;
-    const std::vector<simd::F4>& residual;  ///< −gradient of everything, µN
   };
 
   /// @param vertices inner numbers, ascending: the free ones; @param x inner positions, 3 per inner
@@ -31,6 +31,8 @@ class PatchSolver {
     float weight;
   };
   void Attach(const Problem& problem);
+  /// force_ of springs and anchors at the start.
+  void SetForce(const Problem& problem, const std::vector<double>& x);
   /// Springs' and anchors' part of H p at the free vertices, added to y.
   void AddOuterProduct(const Problem& problem, const std::vector<simd::F4>& p,
                        std::vector<simd::F4>* y);

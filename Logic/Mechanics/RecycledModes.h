@@ -29,22 +29,23 @@ class RecycledModes {
   void DotChunk(Index chunk, Index begin, Index end, const simd::F4* residual);
   /// Amounts of all modes, of the sums of `chunks` chunks. @return their part of rᵀM⁻¹r
   double Correct(Index chunks);
-  void ReserveChunks(Index chunks) { dots_.resize(chunks * modes_.size()); }
+  void ReserveChunks(Index chunks) { dots_.resize(chunks * kModes); }
   /// Their part of M⁻¹r at a vertex.
   __m128 At(Index inner) const {
     __m128 sum = _mm_setzero_ps();
-    for (const Mode& mode : modes_)
-      sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(mode.amount), simd::Load(mode.motion[inner])));
+    for (Index m = 0; m < count_; ++m)
+      sum = _mm_add_ps(
+          sum, _mm_mul_ps(_mm_set1_ps(amount_[m]), simd::Load(motion_[inner * kModes + m])));
     return sum;
   }
 
  private:
-  struct Mode {
-    std::vector<simd::F4> motion;  ///< by inner vertex
-    double stiffness = 1.0;        ///< wᵀ H w when it was found
-    float amount = 0.0f;
-  };
-  std::vector<Mode> modes_;
+  /// Modes are few: each costs a dot product and an update in every iteration.
+  static constexpr Index kModes = 4;
+  Index count_ = 0, next_ = 0;     ///< modes in use; the one to be replaced when all are
+  std::vector<simd::F4> motion_;   ///< by inner vertex and mode
+  double stiffness_[kModes] = {};  ///< wᵀ H w when it was found
+  float amount_[kModes] = {};
   std::vector<float> dots_;  ///< by chunk and mode
   std::vector<std::vector<simd::F4>> records_;
 };

@@ -147,7 +147,7 @@ TEST_F(Fields, APatchComesToRestAndNothingElseMoves) {
   const std::vector<double> before = x_;
   const std::vector<simd::F4> start = residual();
   PatchSolver solver;
-  solver.Solve(patch, {loads, anchor, preconditioner, start}, &field_, &x_);
+  solver.Solve(patch, {loads, anchor, x_, preconditioner}, &field_, &x_);
   field_.Linearize(workers_, Single().data(), true);  // what the solver marked, no more
   loads.Evaluate(Eigen::Isometry3d::Identity(), x_);
   EXPECT_LT(largest(residual()), 0.2f * largest(start));
