@@ -36,12 +36,12 @@ class Workers {
   /// Two pieces of work that have nothing in common.
   template <class First, class Second>
   void Both(const First& first, const Second& second) const {
-    if (arena_) {
-      arena_->execute([&] { tbb::parallel_invoke(first, second); });
-    } else {
+    if (threads_ == 1) {
       first();
       second();
+      return;
     }
+    Run([&] { tbb::parallel_invoke(first, second); });
   }
 
   /// function(begin, end) for each chunk of [0, count).

@@ -359,8 +359,8 @@ Points AfterRandomSplits(unsigned seed, int threads) {
       solver->Apply(change);
     }
     MoveTargets(mesh, 0.1 * frame, &springs);
-    solver->Solve(springs, {}, options, &positions, nullptr);
-    EXPECT_TRUE(positions.allFinite()) << seed;
+    const SolveReport report = solver->Solve(springs, {}, options, &positions, nullptr);
+    EXPECT_TRUE(report.converged && positions.allFinite()) << seed;
   }
   return positions;
 }
