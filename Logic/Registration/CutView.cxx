@@ -260,19 +260,27 @@ void CutView::Rebind(const RegistrationState& state, const std::vector<std::uint
   }
 }
 
+bool CutView::LinesChanged(const RegistrationState& state) {
+  bool changed = lines_.size() != state.cuts.size();
+  lines_.resize(state.cuts.size());
+  for (std::size_t c = 0; c < lines_.size(); ++c) {
+    auto& [points, view] = lines_[c];
+    const ModelCut& cut = state.cuts[c];
+    if (points.rows() == cut.line.points.rows() && points == cut.line.points && view == cut.view)
+      continue;
+    points = cut.line.points;
+    view = cut.view;
+    changed = true;
+  }
+  return changed;
+}
+
 void CutView::Update(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face) {
   lips_.clear();
   margin_mm_ = std::numeric_limits<double>::quiet_NaN();
   if (state.cuts.empty() || !state.uncut) return;
-  Index line_points = 0;
-  for (const ModelCut& cut : state.cuts) line_points += cut.line.points.rows();
-  if (tets_ != state.mesh.TetCount() || vertices_ != state.mesh.VertexCount() ||
-      line_points_ != line_points) {
-    tets_ = state.mesh.TetCount();
-    vertices_ = state.mesh.VertexCount();
-    line_points_ = line_points;
-    Rebind(state, cut_face);
-  }
+  const bool another_mesh = watch_.Changed(state.mesh), other_lines = LinesChanged(state);
+  if (another_mesh || other_lines) Rebind(state, cut_face);
   for (const Embedding& lip : bound_)
     lips_.push_back(lip.Positions(state.positions, state.mesh.tets));
   if (faces_.rows() == 0) return;

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "Core/Embedding.h"
+#include "Registration/MeshWatch.h"
 #include "Registration/RegistrationState.h"
 
 namespace kerf {
@@ -30,8 +32,12 @@ class CutView {
  private:
   void Rebind(const RegistrationState& state, const std::vector<std::uint8_t>* cut_face);
 
-  Index tets_ = -1, vertices_ = -1, line_points_ = -1;
-  std::vector<Embedding> bound_;  ///< of each lip, as in `lips_`
+  /// Whether the lines of the cuts are others than at the last call.
+  bool LinesChanged(const RegistrationState& state);
+
+  MeshWatch watch_;
+  std::vector<std::pair<Points, Vec3>> lines_;  ///< of the last call, with their directions of view
+  std::vector<Embedding> bound_;                ///< of each lip, as in `lips_`
   std::vector<int> lip_cuts_;
   Triangles faces_;  ///< of the cuts, in mesh vertices
   std::vector<Points> lips_;

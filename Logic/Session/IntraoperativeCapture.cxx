@@ -2,11 +2,11 @@
 
 #include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <mutex>
 #include <thread>
 
 #include "Core/Errors.h"
+#include "Session/RateMeter.h"
 
 namespace kerf {
 namespace {
@@ -31,7 +31,7 @@ struct IntraoperativeCapture::Shared {
   bool taken = true;  ///< nobody waits for `newest`
   SourceState state;
   Clock::time_point last_new;  ///< when a picture came that differs from the one before
-  std::deque<Clock::time_point> arrivals;
+  RateMeter arrivals;
 
   void Say(SourceState::Kind kind, const std::string& message) {
     const std::lock_guard lock(mutex);
@@ -56,8 +56,7 @@ struct IntraoperativeCapture::Shared {
     frame.index = state.delivered++;
     newest = CapturedFrame{std::move(frame), now};
     taken = false;
-    arrivals.push_back(now);
-    while (Seconds(now - arrivals.front()) > 1.0) arrivals.pop_front();
+    arrivals.Add(now);
     changed.notify_all();
     if (options.hold && held) changed.wait(lock, [&] { return stop || !held; });
   }
@@ -174,9 +173,7 @@ SourceState IntraoperativeCapture::State() const {
   SourceState state = shared_->state;
   const auto now = Clock::now();
   state.silence_s = Seconds(now - shared_->last_new);
-  int recent = 0;
-  for (const auto& t : shared_->arrivals) recent += Seconds(now - t) <= 1.0;
-  state.fps = recent;
+  state.fps = shared_->arrivals.PerSecond(now);
   const bool waits = shared_->held && shared_->newest;  // on purpose
   if (state.kind == SourceState::Kind::Running && !waits && !shared_->options.every &&
       state.silence_s > shared_->options.frozen_after_s) {

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "Session/RateMeter.h"
 #include "Session/SolverPace.h"
 
 namespace kerf {
@@ -40,7 +41,7 @@ struct IntraoperativeWorker::Implementation {
   int frames = 0;
   Clock::time_point started;
   double time_s = 0.0;
-  std::deque<Clock::time_point> done_at;
+  RateMeter registered;
   std::optional<Clock::time_point> off_since;
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
@@ -175,9 +176,8 @@ std::shared_ptr<IntraoperativeSnapshot> IntraoperativeWorker::Implementation::De
   auto out = maker.Make(frame, report, parts.session->State());
   out->captured = captured;
   const auto now = Clock::now();
-  done_at.push_back(now);
-  while (Seconds(now - done_at.front()) > 1.0) done_at.pop_front();
-  out->registered_fps = static_cast<double>(done_at.size());
+  registered.Add(now);
+  out->registered_fps = registered.PerSecond(now);
   out->source = parts.capture->State();
   Gate(out->source, out.get());
   out->recording = parts.sink != nullptr;

@@ -5,9 +5,7 @@
 namespace kerf {
 
 const OrganView& ModelView::Update(const RegistrationState& state) {
-  if (tets_ != state.mesh.TetCount() || vertices_ != state.mesh.VertexCount()) {
-    tets_ = state.mesh.TetCount();
-    vertices_ = state.mesh.VertexCount();
+  if (watch_.Changed(state.mesh)) {
     const SurfaceMesh rest = BoundarySurface(state.mesh, state.mesh.rest, &vertex_of_point_);
     view_.rest = rest.points;
     view_.current.triangles = rest.triangles;

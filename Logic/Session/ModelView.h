@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "Geometry/SurfaceTree.h"
+#include "Registration/MeshWatch.h"
 #include "Registration/RegistrationState.h"
 
 namespace kerf {
@@ -27,7 +28,7 @@ class ModelView {
   const SurfaceTree& uncut_;
   OrganView view_;
   std::vector<Index> vertex_of_point_;
-  Index tets_ = -1, vertices_ = -1;
+  MeshWatch watch_;
 };
 
 /// Surface of an inner structure in a state, LPS, mm.

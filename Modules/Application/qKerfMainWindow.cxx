@@ -70,6 +70,7 @@ qKerfMainWindow::qKerfMainWindow(const QString& settings_file, const QStringList
   });
   connect(host_, &qKerfApplicationHost::Said, this, [this](int severity, const QString& text) {
     message_->Show(static_cast<qKerfMessageBar::Level>(severity), text);
+    problem_ = severity == qKerfHost::Problem ? text : QString();
   });
 
   MakeMenus();
@@ -198,9 +199,9 @@ void qKerfMainWindow::MakeStatusBar() {
   show(false);
   qKerfJobRunner* jobs = &host_->Jobs();
   connect(jobs, &qKerfJobRunner::Started, this, [this, show](const QString& title) {
-    // Why the last job failed does not stand over new work.
-    if (!job_problem_.isEmpty() && message_->Text() == job_problem_) message_->Close();
-    job_problem_.clear();
+    // What went wrong before does not stand over new work.
+    if (!problem_.isEmpty() && message_->Text() == problem_) message_->Close();
+    problem_.clear();
     progress_->setRange(0, 0);
     progress_text_->setText(title);
     cancel_->setEnabled(true);
@@ -213,11 +214,7 @@ void qKerfMainWindow::MakeStatusBar() {
     const QString text = host_->Jobs().Title() + (what.isEmpty() ? QString() : ": " + what);
     progress_text_->setText(text.size() > 70 ? text.left(68) + QStringLiteral("…") : text);
   });
-  connect(jobs, &qKerfJobRunner::Finished, this,
-          [this, show](const QString&, const QString& sentence) {
-            show(false);
-            job_problem_ = sentence;
-          });
+  connect(jobs, &qKerfJobRunner::Finished, this, [show] { show(false); });
   const auto stop = [this] {
     cancel_->setEnabled(false);
     cancel_->setText(tr("Stopping…"));

@@ -64,5 +64,5 @@ class qKerfMainWindow : public QMainWindow {
   QPushButton* cancel_;
   QAction *undo_, *redo_, *dark_, *show_log_;
   QMenu *recent_, *module_menu_;
-  QString job_problem_;  ///< why the last job failed
+  QString problem_;  ///< that was said last, if the last word was one
 };

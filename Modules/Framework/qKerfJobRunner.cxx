@@ -25,6 +25,14 @@ void StepBehindTheWindow() {
 #endif
 }
 
+/// What went wrong, then what to do.
+QString WithAdvice(QString sentence, const QString& advice) {
+  sentence = sentence.trimmed();
+  if (sentence.isEmpty() || advice.isEmpty()) return sentence;
+  if (!sentence.endsWith('.')) sentence += '.';
+  return sentence + ' ' + advice;
+}
+
 }  // namespace
 
 struct qKerfJobRunner::Impl {
@@ -118,7 +126,7 @@ void qKerfJobRunner::Finish() {
   const Job job = std::move(impl_->running);
   // Work that ended in spite of a late cancel was still not wanted any more.
   const bool cancelled = impl_->cancelled || impl_->progress->IsCancelled();
-  const QString sentence = cancelled ? QString() : impl_->sentence;
+  const QString sentence = cancelled ? QString() : WithAdvice(impl_->sentence, job.advice);
   impl_->running = Job();
   impl_->busy = false;
   emit Finished(job.title, sentence, cancelled);

@@ -20,6 +20,7 @@ class qKerfJobRunner : public QObject {
     std::function<void()> done;                           ///< may be empty
     std::function<void(const QString& sentence)> failed;  ///< may be empty
     std::function<void()> cancelled;                      ///< may be empty
+    QString advice = {};  ///< follows the reason when it fails: what to do
   };
 
   explicit qKerfJobRunner(QObject* parent = nullptr);

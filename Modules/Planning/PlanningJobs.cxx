@@ -66,6 +66,9 @@ void PlanningJobs::Open(const QString& path, const QString& series, std::functio
   auto result = std::make_shared<Result>();
   qKerfJobRunner::Job job;
   job.title = tr("Opening %1").arg(QFileInfo(path).fileName());
+  job.advice =
+      tr("Open a CT as a DICOM folder, NIfTI or NRRD; where a file is damaged or cut off, "
+         "export it again.");
   job.work = [file, uid, result](kerf::Progress& progress) {
     KeepWarnings keep(progress);
     if (std::filesystem::is_directory(file)) {
@@ -183,6 +186,11 @@ void PlanningJobs::Segment(const QString& preset) {
   if (!preset.isEmpty()) request.preset = kerf::ParseOrganPreset(preset.toStdString());
   qKerfJobRunner::Job job;
   job.title = preset.isEmpty() ? tr("Segmenting the organ") : tr("Segmenting the %1").arg(preset);
+  job.advice = by_itself
+                   ? tr("Choose the preset Liver or Kidney and click once into the organ with "
+                        "Seed (key 2), or paint it.")
+                   : tr("Place the seeds anew with Seed (key 2), choose another preset, or "
+                        "paint the organ.");
   job.work = [ct = *session_.Ct(), labels = session_.Labels().Snapshot(), request, by_itself,
               result](kerf::Progress& progress) {
     const kerf::LabelMap found = by_itself
@@ -292,6 +300,7 @@ void PlanningJobs::ImportLabels(const QString& path, QWidget* window) {
   auto result = std::make_shared<Result>();
   qKerfJobRunner::Job job;
   job.title = tr("Reading labels");
+  job.advice = tr("Choose a label map (.seg.nrrd, NRRD, NIfTI) that was made on this CT.");
   job.work = [file = path.toStdString(), result](kerf::Progress&) {
     result->labels = kerf::ReadLabelMap(file);
     std::array<std::size_t, 256> counts{};
@@ -349,6 +358,7 @@ void PlanningJobs::Mesh(int tetrahedra) {
   const std::uint64_t state = session_.LabelsState();
   qKerfJobRunner::Job job;
   job.title = tr("Making the mesh");
+  job.advice = tr("Check the labels (step 2), or choose another number of tetrahedra.");
   job.work = [labels = session_.Labels().Snapshot(), tetrahedra, result](kerf::Progress& progress) {
     result->planned = kerf::MeshLabels(labels, tetrahedra, progress);
     result->model = kerf::ModelOf(*result->planned);
@@ -372,6 +382,7 @@ void PlanningJobs::Measure() {
   auto result = std::make_shared<Result>();
   qKerfJobRunner::Job job;
   job.title = tr("Measuring the resection");
+  job.advice = tr("Draw the line again, across the organ's whole width.");
   job.work = [model = session_.Model(), plan = session_.Plan(), result](kerf::Progress& progress) {
     result->measures = kerf::MeasureResection(*model, plan, progress);
     result->within_ml = kerf::TissueWithinMargin_ml(*model, plan.margin_mm, progress);
@@ -401,6 +412,7 @@ void PlanningJobs::Save(const QString& folder, const QImage& preview) {
   const std::string path = QFileInfo(folder).absoluteFilePath().toStdString();
   qKerfJobRunner::Job job;
   job.title = tr("Saving the case");
+  job.advice = tr("Choose another folder, or make room on the disk.");
   job.work = [what = std::move(what), path](kerf::Progress& progress) {
     kerf::SaveCase(what, path, progress);
   };

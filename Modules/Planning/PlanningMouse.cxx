@@ -32,7 +32,10 @@ void PlanningMouse::ToolChanged() {
 void PlanningMouse::Pressed(int slice, const kerf::Vec3& index) {
   const kerf::GridGeometry& grid = on_.session->Ct()->grid;
   for (int a = 0; a < 3; ++a)
-    if (index[a] < -0.5 || index[a] > grid.size[a] - 0.5) return;
+    if (index[a] < -0.5 || index[a] > grid.size[a] - 0.5) {
+      on_.host->ShowStatus(tr("There is no CT under the pointer."));
+      return;
+    }
   const Tool tool = on_.segment->CurrentTool();
   const int label = on_.segment->ActiveLabel();
   if (tool == Tool::Seed) {

@@ -233,7 +233,10 @@ void qKerfPlanningPage::ReadLandmarkFile(const QString& path) {
     session_->SetLandmarks(kerf::ReadCaseLandmarks(path.toStdString()));
     host_->Say(qKerfHost::Info, {});
   } catch (const std::exception& error) {
-    host_->Say(qKerfHost::Problem,
-               tr("These landmarks cannot be read: %1").arg(QString::fromStdString(error.what())));
+    host_->Say(
+        qKerfHost::Problem,
+        tr("These landmarks cannot be read: %1. Choose a Slicer markups file (.mrk.json), or "
+           "place them on the organ.")
+            .arg(QString::fromStdString(error.what())));
   }
 }

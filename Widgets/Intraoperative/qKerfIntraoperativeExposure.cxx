@@ -183,7 +183,7 @@ void qKerfIntraoperativeWidget::Accept() {
     options.record = record_;
     desk_.Accept(options);
     shown_.reset();
-    shown_at_.clear();
+    shown_at_.Clear();
     stopped_.clear();
     painter_.reset();  // with the accepted camera
     SetOverlay(true);

@@ -39,7 +39,7 @@ void qKerfIntraoperativeWidget::OpenRecorded(const QString& session) {
         painter_.reset();  // another camera
         shown_.reset();
         before_shown_.reset();
-        shown_at_.clear();
+        shown_at_.Clear();
         review_frame_ = 0;
         timeline_->SetSession(playback_->FrameCount(), playback_->Events());
         review_->SetSession(*playback_);

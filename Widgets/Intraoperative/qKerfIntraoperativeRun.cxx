@@ -93,8 +93,7 @@ void qKerfIntraoperativeWidget::TickRun() {
   run_->Update(*latest);
   if (new_picture) {
     const auto now = Clock::now();
-    shown_at_.push_back(now);
-    while (now - shown_at_.front() > std::chrono::seconds(1)) shown_at_.pop_front();
+    shown_at_.Add(now);
     latency_ms_ = std::chrono::duration<double, std::milli>(now - latest->captured).count();
   }
   ShowFigures(latest->source, latest->registered_fps);

@@ -19,10 +19,6 @@ void SetSheet(QLabel* label, const QString& sheet) {
   if (label->styleSheet() != sheet) label->setStyleSheet(sheet);
 }
 
-double Milliseconds(Clock::duration d) {
-  return std::chrono::duration<double, std::milli>(d).count();
-}
-
 }  // namespace
 
 void qKerfIntraoperativeWidget::ConnectLook() {
@@ -195,10 +191,7 @@ void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,
 }
 
 double qKerfIntraoperativeWidget::ShownPerSecond() const {
-  int recent = 0;
-  const auto now = Clock::now();
-  for (const auto& t : shown_at_) recent += Milliseconds(now - t) <= 1000.0;
-  return recent;
+  return shown_at_.PerSecond(Clock::now());
 }
 
 void qKerfIntraoperativeWidget::SetRawBeside(bool beside) {

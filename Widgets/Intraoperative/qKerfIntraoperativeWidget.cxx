@@ -170,7 +170,7 @@ void qKerfIntraoperativeWidget::MakeKeys() {
   using Kind = kerf::IntraoperativeDecision::Kind;
   using Preset = kerf::OverlayPreset;
   key("overlay", tr("Overlay on and off"), Qt::Key_O, [this] { SetOverlay(!overlay_on_); });
-  key("fullscreen", tr("Picture alone"), Qt::Key_F11, [this] { SetFullScreen(!full_); });
+  key("fullscreen", tr("Picture alone"), Qt::Key_F, [this] { SetFullScreen(!full_); });
   key("raw", tr("Raw video beside"), Qt::Key_B, [this] { SetRawBeside(raw_->isHidden()); });
   key("outline", tr("Outline"), Qt::Key_1, [this] { SetPreset(Preset::Outline); });
   key("see-through", tr("See-through"), Qt::Key_2, [this] { SetPreset(Preset::SeeThrough); });

@@ -4,7 +4,6 @@
 #include <QTimer>
 #include <QWidget>
 #include <chrono>
-#include <deque>
 #include <functional>
 #include <future>
 #include <memory>
@@ -12,6 +11,7 @@
 
 #include "Adapters/Rendering/OverlayScene.h"
 #include "Pipelines/IntraoperativeDesk.h"
+#include "Session/RateMeter.h"
 
 class QAction;
 class QLabel;
@@ -171,5 +171,5 @@ class qKerfIntraoperativeWidget : public QWidget {
   bool playing_ = false, before_on_ = false;
   std::chrono::steady_clock::time_point played_at_;
   std::chrono::steady_clock::time_point shown_picture_, figures_at_;
-  std::deque<std::chrono::steady_clock::time_point> shown_at_;
+  kerf::RateMeter shown_at_;
 };

@@ -41,6 +41,7 @@ qKerfPlanPanel::qKerfPlanPanel(QWidget* parent) : QWidget(parent) {
   from_view_ = Button(tr("Along the view"), "directionViewButton");
   measure_ = Primary(tr("Measure"), "measureButton");
   line_ = Hint({});
+  line_->setObjectName("lineText");
   measures_ = Value("measures");
   note_ = Value("measureNote");
   sheet_color_ = new QCheckBox(tr("on the sheet"));
@@ -105,9 +106,10 @@ void qKerfPlanPanel::Show(const kerf::PlanningSession& session) {
   measure_->setEnabled(model && points >= 2);
   from_surface_->setEnabled(model && points >= 1);
   from_view_->setEnabled(model && points >= 1);
-  line_->setText(points == 0 ? tr("Click points on the organ in the 3-D view, across its whole "
-                                  "width.")
-                             : tr("%1 points on the organ").arg(points));
+  line_->setText(points == 0   ? tr("Click points on the organ in the 3-D view, across its whole "
+                                      "width.")
+                 : points == 1 ? tr("1 point on the organ: click the next one.")
+                               : tr("%1 points on the organ").arg(points));
   const auto& m = session.Measures();
   QString rows;
   if (session.WithinMargin_ml() > 0)

@@ -6,12 +6,28 @@
 #include <itkProcessObject.h>
 
 #include <cstring>
+#include <sstream>
+#include <string>
 
 #include "Core/Progress.h"
 #include "Core/Volume.h"
 
 /// ITK ↔ Kerf, for the sources of this component only: no public header includes ITK. Both are LPS.
 namespace kerf::itk_bridge {
+
+/// What ITK has to say, in one line: the innermost reason, which comes last, without ITK's class
+/// and address and without the function of a library that found it.
+inline std::string ReasonOf(const itk::ExceptionObject& error) {
+  std::istringstream lines(error.GetDescription());
+  std::string line, reason;
+  while (std::getline(lines, line))
+    if (line.find_first_not_of(" \t\r") != std::string::npos) reason = line;
+  const bool of_library = reason.rfind("[nrrd]", 0) == 0;
+  const char* const before = of_library ? ": " : "): ";
+  const std::size_t at = reason.find(before);
+  if (at != std::string::npos) reason.erase(0, at + std::strlen(before));
+  return reason;
+}
 
 template <class T>
 using Image3 = itk::Image<T, 3>;

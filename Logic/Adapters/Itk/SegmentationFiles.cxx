@@ -135,7 +135,7 @@ LabelMap ReadSegmentation(const std::string& path) {
   try {
     reader->Update();
   } catch (const itk::ExceptionObject& error) {
-    throw InputError(path, "", std::string("cannot be read: ") + error.GetDescription());
+    throw InputError(path, "", "cannot be read: " + itk_bridge::ReasonOf(error));
   }
   const Layers* image = reader->GetOutput();
   const int layers = static_cast<int>(image->GetNumberOfComponentsPerPixel());

@@ -37,7 +37,7 @@ Image3<float>::Pointer ReadImage(const std::string& path, Progress& progress) {
       throw InputError(path, "components", "a colour or vector image is no CT");
     itk_bridge::Run(reader.GetPointer(), progress, "reading the volume");
   } catch (const itk::ExceptionObject& error) {
-    throw InputError(path, "", std::string("cannot be read: ") + error.GetDescription());
+    throw InputError(path, "", "cannot be read: " + itk_bridge::ReasonOf(error));
   }
   return reader->GetOutput();
 }

@@ -113,6 +113,35 @@ TEST(CutView, FlagsOfAnotherModelAreNotUsed) {
   }
 }
 
+/// As many vertices and tetrahedra, numbered the other way round.
+RegistrationState Renumbered(RegistrationState state) {
+  const Index last = state.mesh.VertexCount() - 1;
+  const Points rest = state.mesh.rest, positions = state.positions;
+  state.mesh.rest = rest.colwise().reverse();
+  state.positions = positions.colwise().reverse();
+  state.mesh.tets = (last - state.mesh.tets.array()).matrix();
+  return state;
+}
+
+TEST(CutView, AnotherModelWithAsManyElementsIsLookedAtAnew) {
+  RegistrationState state = CutBlock();
+  state.structures.clear();
+  CutView kept;
+  kept.Update(state);
+  RegistrationState other = Renumbered(state);
+  CutView fresh;
+  fresh.Update(other);
+  kept.Update(other);
+  ASSERT_FALSE(fresh.Lips().empty());
+  ASSERT_EQ(kept.Lips().size(), fresh.Lips().size());
+  for (std::size_t l = 0; l < fresh.Lips().size(); ++l) EXPECT_EQ(kept.Lips()[l], fresh.Lips()[l]);
+  // A line of as many points elsewhere, which the model is not cut along yet.
+  for (auto* s : {&state, &other}) s->cuts[0].line.points.col(0).array() += 12.0;
+  kept.Update(other);
+  ASSERT_EQ(kept.Lips().size(), 1u);
+  EXPECT_NEAR(kept.Lips()[0].col(0).mean(), kAt_mm + 12.0, 0.01);
+}
+
 TEST(CutView, LipsEndWhereTheLineEndsNotAtTheNextVertex) {
   RegistrationState state;
   state.mesh = testing::BoxMesh(Vec3(60, 30, 15), 12, 6, 3);  // elements of 5 mm

@@ -170,6 +170,11 @@ void IntraoperativeGuiTest::OneKeySwitchesTheOverlayOffAndPresetsChangeIt() {
   page_->Key(Qt::Key_2);
   QTest::qWait(150);
   Keep("see-through");
+  // The hole goes where the click is.
+  const QImage hole = view->Picture().copy();
+  QTest::mouseClick(view, Qt::LeftButton, {}, page_->At({620, 200}));
+  QTest::qWait(150);
+  QVERIFY(Difference(view->Picture(), hole) > 0.005);
   page_->Key(Qt::Key_O);
   QTest::qWait(150);
   QCOMPARE(Difference(view->Picture(), raw), 0.0);
@@ -179,6 +184,11 @@ void IntraoperativeGuiTest::OneKeySwitchesTheOverlayOffAndPresetsChangeIt() {
   QVERIFY(page_->widget->RawView()->isVisible());
   Keep("raw");
   page_->Key(Qt::Key_B);
+  // The picture alone: the panels go and come back.
+  page_->Key(Qt::Key_F);
+  QTRY_VERIFY(!page_->Find<QCheckBox>("hold")->isVisible());
+  page_->Key(Qt::Key_F);
+  QTRY_VERIFY(page_->Find<QCheckBox>("hold")->isVisible());
   page_->Key(Qt::Key_3);
   QVERIFY(page_->Find<QLabel>("lamp")->text().size() > 4);
   // 1280 pixels less the bar of modules: nothing asks for more.

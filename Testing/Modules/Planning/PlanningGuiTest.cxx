@@ -12,6 +12,8 @@
 #include <QScrollArea>
 #include <QScrollBar>
 #include <QSlider>
+#include <QSpinBox>
+#include <QStatusBar>
 #include <QToolButton>
 
 #include "Adapters/Itk/VolumeFiles.h"
@@ -40,6 +42,7 @@ class PlanningGuiTest : public QObject {
   void cleanup();
   void StartsEmptyAndSaysWhatToDo();
   void BadInputsAreSentences();
+  void EachStepAnswersBadInput();
   void CancelLeavesTheLabelsAlone();
   void FromCtToCase();
   void LiverOfAWholeAbdomen();
@@ -86,6 +89,11 @@ void PlanningGuiTest::StartsEmptyAndSaysWhatToDo() {
   QVERIFY(!gui_->Find("segmentButton")->isEnabled());
   QVERIFY(!gui_->Find("saveButton")->isEnabled());
   QVERIFY(gui_->Find("recoveryBar")->isHidden());
+  // A key of the window that a module has, too, would do neither.
+  for (const auto& own : gui_->Window()->Host()->Shortcuts())
+    for (const auto& other : gui_->Window()->Host()->Shortcuts())
+      if (own.id.startsWith("application/") && !other.id.startsWith("application/"))
+        QVERIFY2(own.action->shortcut() != other.action->shortcut(), qPrintable(other.id));
 }
 
 void PlanningGuiTest::BadInputsAreSentences() {
@@ -123,6 +131,97 @@ void PlanningGuiTest::BadInputsAreSentences() {
   QVERIFY(gui_->Idle());
   QVERIFY(!gui_->Message().isEmpty());
   QCOMPARE(gui_->Volume_ml(0), 0.0);
+}
+
+void PlanningGuiTest::EachStepAnswersBadInput() {
+  // What went wrong, then what to do; one line, without addresses and calls of libraries.
+  const auto answers = [this](const QString& what_was_wrong, const QString& what_to_do) {
+    QVERIFY(gui_->Idle());
+    const QString said = gui_->Message();
+    QVERIFY2(said.contains(what_was_wrong) && said.contains(what_to_do), qPrintable(said));
+    QVERIFY2(!said.contains('\n') && !said.contains("0x"), qPrintable(said));
+  };
+  const auto write = [this](const QString& name, const QByteArray& text) {
+    QFile file(Path(name));
+    file.open(QIODevice::WriteOnly);
+    file.write(text);
+    return Path(name);
+  };
+  const auto status = [this] { return gui_->Window()->statusBar()->currentMessage(); };
+
+  // 1 Import
+  QDir().mkpath(Path("empty"));
+  gui_->Drop(Path("empty"));
+  answers("the folder is empty", "Open a CT as");
+  gui_->Drop(write("letter.txt", "Dear colleague"));
+  answers("unknown image format", "Open a CT as");
+  QFile whole(ct_);
+  QVERIFY(whole.open(QIODevice::ReadOnly));
+  gui_->Drop(write("cut-off.nrrd", whole.read(2000)));
+  answers("expected", "export it again");
+  for (const char* name : {"meshButton", "measureButton", "placeLandmarksButton", "saveButton"})
+    QVERIFY2(!gui_->Find(name)->isEnabled(), name);
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().isEmpty(), qPrintable(gui_->Message()));
+
+  // 2 Segment
+  gui_->Step(1);
+  gui_->Click("toolSeed");
+  gui_->ClickAt("sliceAxial", 0.5, 0.01);
+  QVERIFY2(status().contains("no CT under the pointer"), qPrintable(status()));
+  gui_->ClickAt("sliceAxial", 0.5, 0.5);
+  gui_->Click("segmentButton");
+  answers("Seeds need to know the organ", "choose the preset");
+  gui_->Click("clearSeedsButton");
+  gui_->Click("evolveButton");
+  answers("label is empty", "paint or grow a start");
+  qobject_cast<QSpinBox*>(gui_->Find("thresholdLow"))->setValue(500);
+  gui_->Click("thresholdButton");
+  answers("lies above", "exchange them");
+  gui_->ChooseFile("importLabelsButton", ct_);
+  answers("labels are integers", "Choose a label map");
+  // What was wrong does not stand over what goes well.
+  qobject_cast<QSpinBox*>(gui_->Find("thresholdLow"))->setValue(100);
+  gui_->Click("thresholdButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Message().isEmpty(), qPrintable(gui_->Message()));
+
+  // 3 Mesh, 4 Plan: a line of one point cannot be measured, a click beside the organ says so
+  gui_->Step(2);
+  qobject_cast<QSlider*>(gui_->Find("tetrahedraSlider"))->setValue(10);
+  gui_->Click("meshButton");
+  QVERIFY(gui_->Idle());
+  gui_->Step(3);
+  gui_->Click("drawLineButton");
+  gui_->ClickAt("sceneCanvas", 0.03, 0.03);
+  QVERIFY2(status().contains("no organ under the pointer"), qPrintable(status()));
+  gui_->ClickAt("sceneCanvas", 0.5, 0.5);
+  QTRY_VERIFY(gui_->Text("lineText").contains("1 point"));
+  QVERIFY(!gui_->Find("measureButton")->isEnabled());
+
+  // 5 Camera and landmarks
+  gui_->Step(4);
+  gui_->ChooseFile("openCameraButton", ct_);
+  answers("cannot be used", "Choose the camera.yml");
+  gui_->ChooseFile("openCameraButton", write("half.yml", "%YAML:1.0\n---\nimage_width: 960\n"));
+  answers("is missing", "Choose the camera.yml");
+  gui_->ChooseFile("readLandmarksButton", camera_);
+  answers("is no JSON", ".mrk.json");
+
+  // 6 Save
+  gui_->Step(5);
+  auto* folder = qobject_cast<QLineEdit*>(gui_->Find("caseFolderEdit"));
+  for (const auto& [path, wrong] : {std::pair(Path("letter.txt"), "is a file"),
+                                    {folder_->path(), "holds other files"},
+                                    {QString("/proc/nowhere/case"), "cannot be written"}}) {
+    folder->clear();
+    QTest::keyClicks(folder, path);
+    gui_->Click("saveButton");
+    answers(wrong, "Choose another folder");
+  }
+  folder->clear();
+  QVERIFY(!gui_->Find("saveButton")->isEnabled());
 }
 
 void PlanningGuiTest::CancelLeavesTheLabelsAlone() {
