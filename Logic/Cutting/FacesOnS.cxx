@@ -67,6 +67,7 @@ std::vector<FaceOnS> FacesOnS(const SurfaceIndex& surface, const CutPatch& patch
     FaceOnS face;
     SurfaceNear near;
     bool exact;  // a part of S itself: it has tissue on both sides of S
+    bool steep;  // across S, as over the inside of a fold
   };
   std::vector<Found> found;
   std::vector<char> exact_faces(patch.tets.size(), 0);
@@ -81,22 +82,24 @@ std::vector<FaceOnS> FacesOnS(const SurfaceIndex& surface, const CutPatch& patch
     if (near.triangle < 0) continue;
     if (near.distance_mm > (near.on_border ? kBeyondBorder : kBesideS) * longest) continue;
     const double cosine = std::abs(normal.normalized().dot(near.normal));
-    if (cosine < kParallel) continue;
     const bool exact = near.distance_mm < kExact * longest && cosine > 1 - kExact;
-    found.push_back({{v, {touches[i].tet, touches[i + 1].tet}, 0.5 * normal.norm()}, near, exact});
+    found.push_back({{v, {touches[i].tet, touches[i + 1].tet}, 0.5 * normal.norm()},
+                     near,
+                     exact,
+                     cosine < kParallel});
     if (exact)
       for (int t : found.back().face.tet) ++exact_faces[t];
   }
   std::vector<FaceOnS> faces;
   std::vector<double> hits;
-  for (const auto& [face, near, exact] : found) {
+  for (const auto& [face, near, exact, steep] : found) {
     if (!exact) {
       const auto [t, u] = face.tet;
       if (SideOf(patch, t, face.v, near, surface) * SideOf(patch, u, face.v, near, surface) >= 0)
         continue;
       // In a fold of S, which lies on several faces of the tetrahedron, the nearest place of S does
       // not tell the side: is S between the two tetrahedra?
-      if (exact_faces[t] > 1 || exact_faces[u] > 1) {
+      if (steep || exact_faces[t] > 1 || exact_faces[u] > 1) {
         surface.Crossings(Middle(patch, t), Middle(patch, u), &hits);
         if (hits.empty()) continue;
       }

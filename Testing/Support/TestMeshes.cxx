@@ -195,6 +195,20 @@ CutSurface RectangleCut(const Vec3& corner, const Vec3& u, const Vec3& v, int nu
   return cut;
 }
 
+CutSurface WithHole(const CutSurface& surface, const Vec3& center, double radius_mm) {
+  CutSurface rest = surface;
+  Index kept = 0;
+  for (Index t = 0; t < surface.triangles.rows(); ++t) {
+    Vec3 middle = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+      middle += surface.points.row(surface.triangles(t, k)).transpose() / 3;
+    if ((middle - center).norm() >= radius_mm)
+      rest.triangles.row(kept++) = surface.triangles.row(t);
+  }
+  rest.triangles.conservativeResize(kept, 3);
+  return rest;
+}
+
 CutSurface Together(const CutSurface& a, const CutSurface& b) {
   CutSurface both;
   both.points.resize(a.points.rows() + b.points.rows(), 3);

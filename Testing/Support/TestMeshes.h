@@ -30,6 +30,8 @@ void PaintSphere(const Vec3& center, double radius_mm, Label label, TetMesh* mes
 /// Rectangle spanned from `corner` by u and v, a regular grid of nu × nv cells with two triangles
 /// each.
 CutSurface RectangleCut(const Vec3& corner, const Vec3& u, const Vec3& v, int nu, int nv);
+/// `surface` without the triangles whose middle is nearer to `center`.
+CutSurface WithHole(const CutSurface& surface, const Vec3& center, double radius_mm);
 /// Both in one, not joined.
 CutSurface Together(const CutSurface& a, const CutSurface& b);
 

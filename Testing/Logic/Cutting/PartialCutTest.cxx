@@ -76,23 +76,31 @@ TEST(PartialCut, WhatIsLeftWaitsWhileSGrowsElsewhere) {
   EXPECT_EQ(band.report.components, 4);
 }
 
-/// Seed 9 has to look again at what its first round left to cut.
+/// Seed 1925 has to look again at what its first round left to cut, and again.
 struct TwoRounds {
-  TwoRounds() {
-    TetCutter cutter;
-    mesh = cutter.Cut(sequence.mesh, sequence.surfaces[0]).mesh;
-  }
-  TopologyChange Cut(TetCutter* cutter) { return cutter->Cut(mesh, sequence.surfaces[1], &report); }
+  TopologyChange Cut(TetCutter* cutter) { return cutter->Cut(mesh, sequence.surfaces[0], &report); }
 
-  CutSequence sequence = MakeCutSequence(9);
-  TetMesh mesh;
+  CutSequence sequence = MakeCutSequence(1925);
+  TetMesh mesh = sequence.mesh;
   CutReport report;
 };
+
+/// In seed 9 faces stand across the inside of a fold: closed, they would be left to a second round.
+TEST(PartialCut, FacesAcrossAFoldAreOpenedAtOnce) {
+  const CutSequence sequence = MakeCutSequence(9);
+  const TetMesh mesh = TetCutter().Cut(sequence.mesh, sequence.surfaces[0]).mesh;
+  CutOptions one_round;
+  one_round.rounds = 1;
+  CutReport report;
+  TetCutter(one_round).Cut(mesh, sequence.surfaces[1], &report);
+  EXPECT_TRUE(report.done);
+  EXPECT_FALSE(report.partial) << report.reason;
+}
 
 TEST(PartialCut, RoundsThatRunOutAreSaidAndGoOnInTheNextCall) {
   TwoRounds scene;
   TetCutter whole;
-  const TopologyChange all = scene.Cut(&whole);
+  scene.Cut(&whole);
   ASSERT_TRUE(scene.report.done && !scene.report.partial) << scene.report.reason;
   const CutReport expected = scene.report;
 
@@ -104,12 +112,13 @@ TEST(PartialCut, RoundsThatRunOutAreSaidAndGoOnInTheNextCall) {
   EXPECT_TRUE(scene.report.partial);
   EXPECT_NE(scene.report.reason.find("left more"), std::string::npos) << scene.report.reason;
   EXPECT_LT(scene.report.new_vertices, expected.new_vertices);
-  scene.mesh = scene.Cut(&cutter).mesh;
-  EXPECT_TRUE(scene.report.done);
+  for (int call = 0; call < 3 && scene.report.partial; ++call) {
+    scene.mesh = scene.Cut(&cutter).mesh;
+    EXPECT_TRUE(scene.report.done || !scene.report.partial) << "neither cut nor settled";
+    EXPECT_LT(scene.report.crossed_tets, expected.crossed_tets / 2) << "only what was left";
+  }
   EXPECT_FALSE(scene.report.partial) << scene.report.reason;
-  EXPECT_LT(scene.report.crossed_tets, expected.crossed_tets / 2) << "only what was left";
   EXPECT_EQ(scene.report.components, expected.components);
-  EXPECT_EQ(scene.mesh.VertexCount(), all.mesh.VertexCount());
 }
 
 TEST(PartialCut, ALaterRoundThatIsRefusedIsSaidAndTriedAgain) {
@@ -125,12 +134,12 @@ TEST(PartialCut, ALaterRoundThatIsRefusedIsSaidAndTriedAgain) {
   EXPECT_TRUE(scene.report.partial);
   EXPECT_NE(scene.report.reason.find("well shaped"), std::string::npos) << scene.report.reason;
   scene.mesh = part.mesh;
-  const TopologyChange again = scene.Cut(&cutter);
-  EXPECT_FALSE(again.changed) << "as tight as before";
-  EXPECT_TRUE(scene.report.partial) << "tried again, not settled";
-  EXPECT_GT(scene.report.crossed_tets, 0);
-  scene.Cut(&whole);
-  EXPECT_TRUE(scene.report.done && !scene.report.partial) << scene.report.reason;
+  const Index at_first = scene.report.crossed_tets;
+  scene.mesh = scene.Cut(&cutter).mesh;
+  EXPECT_GT(scene.report.crossed_tets, 0) << "tried again, not settled";
+  EXPECT_LT(scene.report.crossed_tets, at_first);
+  if (scene.report.partial) scene.mesh = scene.Cut(&whole).mesh;
+  EXPECT_FALSE(scene.report.partial) << scene.report.reason;
 }
 
 /// Shrunk sequences of the fuzz where a face stays closed, away from the end of S, since the
