@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "Cutting/Bridges.h"
 #include "Registration/CutDetection.h"
 #include "Registration/CutLine.h"
 #include "Registration/ModelUpdate.h"
@@ -12,6 +13,8 @@ namespace {
 
 constexpr double kFar_mm = 1000.0;
 constexpr double kSameLine_mm = 1.0;  // a line redrawn by less is the same
+/// A direction in which S cannot be cut well has neighbours in which it can.
+constexpr double kNeighbours_deg[] = {0.0, 0.8, -0.8, 1.6};
 
 /// Where the line of `cut` leads, `by_mm` on from its last point (or its first). @return none where
 /// it ends over the rim already
@@ -62,30 +65,32 @@ class Comparison {
     regrip_gain_ = probe.regrip_gain;
   }
   /// Remembers the candidate if it is better than all before. @return whether it is
-  bool Try(const TetMesh& mesh, const Embedding& features, const Points& grip_positions,
-           BetterModel candidate) {
+  bool Try(const CutModel& model, const ModelChange& candidate) {
     if (needed_ < 0.0)
       needed_ = (1.0 - gain_) * At(state_->mesh, state_->bound.embedding, state_->grips.positions,
                                    0, MakeKerfSolver().get())
                                     .cost_mm2;
-    const double cost = At(mesh, features, grip_positions, 0, MakeKerfSolver().get()).cost_mm2;
+    const double cost =
+        At(model.mesh, model.features, model.grip_positions, 0, MakeKerfSolver().get()).cost_mm2;
     if (cost >= needed_) return false;
     needed_ = cost;
-    best_ = std::move(candidate);
+    Remember(candidate);
     return true;
   }
-  bool TryGrips(const std::vector<double>& factors, BetterModel candidate) {
+  bool TryGrips(const std::vector<double>& factors) {
     if (needed_ < 0.0) needed_ = (1.0 - regrip_gain_) * WithGrips(state_->grips).cost_mm2;
-    candidate.fitted = WithGrips(Regripped(state_->grips, factors));
-    if (candidate.fitted.cost_mm2 >= needed_) return false;
-    needed_ = candidate.fitted.cost_mm2;
-    best_ = std::move(candidate);
+    GripFit fitted = WithGrips(Regripped(state_->grips, factors));
+    if (fitted.cost_mm2 >= needed_) return false;
+    needed_ = fitted.cost_mm2;
+    ModelChange change;
+    change.by = ModelChange::By::Regripped;
+    Remember(change);
+    best_->fitted = std::move(fitted);
     return true;
   }
   /// The best; with the model ready to go on from where it has to be cut anew.
   std::optional<BetterModel> Take() {
-    if (!best_ || best_->by == BetterModel::By::Longer || best_->by == BetterModel::By::Regripped)
-      return std::move(best_);
+    if (!best_ || best_->by == ModelChange::By::Regripped) return std::move(best_);
     std::vector<ModelCut> cuts = state_->cuts;
     cuts[best_->cut] = best_->instead;
     const Points start = BentByGrips(state_->grips, state_->origin->mesh.rest);
@@ -101,6 +106,11 @@ class Comparison {
   }
 
  private:
+  void Remember(const ModelChange& change) {
+    best_.emplace();
+    static_cast<ModelChange&>(*best_) = change;
+    best_->then = state_;
+  }
   /// `fit` after the steps of a trial, on a model of its own. @param columns sensitivities to
   /// measure anew before
   GripFit Fitted(const TetMesh& mesh, const Embedding& features, GripFit fit, int columns,
@@ -163,34 +173,65 @@ bool WorthProbing(const MethodOptions& options, const ModelProbeOptions& probe,
 
 std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const CameraModel& camera,
                                       const MethodOptions& options, const ModelProbeOptions& probe,
-                                      const TetCutter& cutter,
                                       std::shared_ptr<const RegistrationState> state,
                                       const std::atomic<bool>* given_up) {
   Comparison comparison(usable, camera, options, probe, state);
-  using By = BetterModel::By;
+  using By = ModelChange::By;
   const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
   const auto go_on = [&] { return !given_up || !*given_up; };
-  const auto instead_of = [&](int c, const ModelCut& instead, By by, bool at_end) {
-    BetterModel candidate;
+  // What is better so far: the cut, and how it differs from the one in the state.
+  std::optional<ModelChange> better;
+  const auto cut_now = [&](int c) {
+    return better && better->cut == c ? better->instead : state->cuts[c];
+  };
+  const auto instead_of = [&](int c, ModelCut instead, By by, bool at_end) {
+    ModelChange candidate;
+    if (better && better->cut == c) {
+      candidate.shorter_mm = better->shorter_mm;
+      if (better->by != by || better->at_end != at_end) by = By::Redrawn;
+    }
     candidate.cut = c;
-    candidate.then = state;
-    candidate.instead = instead;
+    candidate.instead = std::move(instead);
     candidate.by = by;
     candidate.at_end = at_end;
     return candidate;
   };
-  enum class Tried { Better, Worse, Impossible };
-  const auto try_anew = [&](BetterModel candidate) {
+  const auto cut_along = [&](const ModelChange& candidate) {
     std::vector<ModelCut> cuts = state->cuts;
     cuts[candidate.cut] = candidate.instead;
-    const auto model = CutAnew(cuts, options, *state, false, &start);
-    if (!model) return Tried::Impossible;
-    return comparison.Try(model->mesh, model->features, model->grip_positions, std::move(candidate))
-               ? Tried::Better
-               : Tried::Worse;
+    return CutAnew(cuts, options, *state, false, &start);
+  };
+  /// @return whether it is better than all before
+  const auto try_anew = [&](ModelChange candidate) {
+    const ModelCut wanted = candidate.instead;
+    std::optional<CutModel> model;
+    for (double by_deg : kNeighbours_deg) {
+      if (!go_on() || (by_deg != 0.0 && options.extrusion)) break;
+      ModelChange neighbour = candidate;
+      if (by_deg != 0.0) {
+        const auto turned =
+            Turned(wanted, by_deg, options.cut_depth_mm.has_value(), *state, camera, probe);
+        if (!turned) continue;
+        neighbour.instead = *turned;
+      }
+      auto cut = cut_along(neighbour);
+      if (!cut) continue;
+      const bool joined = JoinedAcross(cut->mesh, neighbour.instead.surface);
+      if (model && joined) continue;
+      model = std::move(cut);
+      candidate = std::move(neighbour);
+      if (!joined) break;
+    }
+    if (!model || !comparison.Try(*model, candidate)) return false;
+    better = std::move(candidate);
+    return true;
+  };
+  const auto mend = [&](int c) {
+    if (JoinedAcross(state->mesh, state->cuts[c].surface))
+      try_anew(instead_of(c, cut_now(c), By::Turned, false));
   };
   const auto redraw = [&](int c) {
-    ModelCut other = state->cuts[c];
+    ModelCut other = cut_now(c);
     double off_mm = 0.0;
     for (Index i = 0; i < other.redrawn.rows(); ++i)
       off_mm =
@@ -200,69 +241,81 @@ std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const Cam
     other.surface = ExtrudeCut(other.line, other.direction, other.depth_mm);
     try_anew(instead_of(c, other, By::Redrawn, false));
   };
-  /// @return the number of steps that helped
+  /// @return whether it helped
   const auto lengthen = [&](int c, bool at_end) {
-    ModelCut longer = state->cuts[c];
+    bool helped = false;
     for (int step = 0; step < probe.most_steps && go_on(); ++step) {
+      ModelCut longer = cut_now(c);
       const auto tip = NextTip(longer, at_end, probe.step_mm, *state);
-      if (!tip) return step;
+      if (!tip) break;
       longer.line.points = LedOn(longer.line.points, at_end, *tip);
       longer.surface = ExtrudeCut(longer.line, longer.direction, longer.depth_mm);
-      TetCutter knife = cutter;
-      const TopologyChange change =
-          knife.Cut(state->mesh, longer.surface, nullptr, &state->positions);
-      if (!change.changed ||
-          !comparison.Try(change.mesh, change.MapEmbedding(state->bound.embedding, state->mesh),
-                          change.MapVertexField(state->grips.positions),
-                          instead_of(c, longer, By::Longer, at_end)))
-        return step;
+      if (!try_anew(instead_of(c, longer, By::Longer, at_end))) break;
+      helped = true;
     }
-    return probe.most_steps;
+    return helped;
   };
   const auto shorten = [&](int c, bool at_end) {
-    ModelCut shorter = state->cuts[c];
-    if (!NextTip(shorter, at_end, 0.0, *state)) return;
+    if (!NextTip(cut_now(c), at_end, 0.0, *state)) return;
     for (int step = 0; step < probe.most_steps && go_on(); ++step) {
-      const double by_mm = (step + 1) * probe.step_mm;
-      shorter.line.points = Shortened(state->cuts[c].line.points, at_end, by_mm);
+      ModelCut shorter = cut_now(c);
+      shorter.line.points = Shortened(shorter.line.points, at_end, probe.step_mm);
       if (shorter.line.points.rows() < 2) return;
       shorter.surface = ExtrudeCut(shorter.line, shorter.direction, shorter.depth_mm);
-      BetterModel candidate = instead_of(c, shorter, By::Shorter, at_end);
-      candidate.by_mm = by_mm;
-      if (try_anew(std::move(candidate)) != Tried::Better) return;
+      ModelChange candidate = instead_of(c, shorter, By::Shorter, at_end);
+      candidate.shorter_mm[at_end] += probe.step_mm;
+      if (!try_anew(std::move(candidate))) return;
     }
   };
-  const auto turn = [&](int c, int sign) {
-    for (int step = 1; step <= probe.most_steps && go_on(); ++step) {
-      Tried tried = Tried::Impossible;
-      // A direction that cannot be remeshed well has neighbours that can.
-      for (double share : {1.0, 0.9, 1.1}) {
-        const auto turned = Turned(state->cuts[c], share * sign * step * probe.step_deg,
-                                   options.cut_depth_mm.has_value(), *state, camera, probe);
-        if (turned) tried = try_anew(instead_of(c, *turned, By::Turned, false));
-        if (tried != Tried::Impossible) break;
+  /// Turned by some steps either way; where that alone does not help, with one of its ends longer
+  /// or shorter: a wrong direction is made up for by a wrong length, and the other way round.
+  const auto turn = [&](int c, int sign, const ModelCut& from) {
+    const auto also = [&](const ModelCut& turned, bool at_end) {
+      const auto tip = NextTip(turned, at_end, probe.step_mm, *state);
+      if (!tip) return;
+      for (By by : {By::Longer, By::Shorter}) {
+        ModelCut other = turned;
+        other.line.points = by == By::Longer ? LedOn(other.line.points, at_end, *tip)
+                                             : Shortened(other.line.points, at_end, probe.step_mm);
+        if (other.line.points.rows() < 2 || !go_on()) continue;
+        other.surface = ExtrudeCut(other.line, other.direction, other.depth_mm);
+        ModelChange candidate = instead_of(c, other, By::Redrawn, at_end);
+        candidate.shorter_mm = {};
+        if (by == By::Shorter) candidate.shorter_mm[at_end] = probe.step_mm;
+        try_anew(std::move(candidate));
       }
-      if (tried != Tried::Better) return;
+    };
+    for (int step = 1; step <= probe.most_steps && go_on(); ++step) {
+      const auto turned = Turned(from, sign * step * probe.step_deg,
+                                 options.cut_depth_mm.has_value(), *state, camera, probe);
+      if (!turned) return;
+      ModelChange candidate = instead_of(c, *turned, By::Turned, false);
+      candidate.by = By::Turned;
+      candidate.shorter_mm = {};
+      if (try_anew(std::move(candidate))) continue;
+      if (step == 1)
+        for (bool at_end : {false, true}) also(*turned, at_end);
+      return;
     }
   };
   if (!IsCut(*state)) {
     // Both ends alike, then each by itself, in turn.
     for (double factor : {0.7, 0.85, 1.18, 1.4}) {
       const int which = state->probing.regrips % 3;
-      if (go_on())
-        comparison.TryGrips({which == 2 ? 1.0 : factor, which == 1 ? 1.0 : factor},
-                            instead_of(-1, {}, By::Regripped, false));
+      if (go_on()) comparison.TryGrips({which == 2 ? 1.0 : factor, which == 1 ? 1.0 : factor});
     }
     return go_on() ? comparison.Take() : std::nullopt;
   }
   for (int c = 0; c < static_cast<int>(state->cuts.size()); ++c) {
     if (!Open(state->cuts[c])) continue;
+    mend(c);
     if (state->probing.turn) {
-      for (int sign : {-1, 1}) turn(c, sign);
+      const ModelCut from = cut_now(c);
+      for (int sign : {-1, 1}) turn(c, sign, from);
     } else {
       redraw(c);
       for (bool at_end : {false, true})
-        if (lengthen(c, at_end) == 0) shorten(c, at_end);
+        if (!lengthen(c, at_end)) shorten(c, at_end);
     }
   }
   return go_on() ? comparison.Take() : std::nullopt;

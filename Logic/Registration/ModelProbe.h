@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <optional>
@@ -24,16 +25,21 @@ struct ModelProbeOptions {
   int steps = 4;                 ///< of the fit, for either side of the comparison
 };
 
-/// A cut, or other held parts, that let the organ under its grips follow the tracks better.
-struct BetterModel {
+/// What is tried instead of a cut, or of the held parts.
+struct ModelChange {
   int cut = 0;
-  std::shared_ptr<const RegistrationState> then;  ///< what it is better than
   ModelCut instead;
+  /// Redrawn: or several of the others together.
   enum class By { Longer, Shorter, Redrawn, Turned, Regripped } by = By::Longer;
   bool at_end = false;  ///< longer or shorter: at the last point of its line, or at the first
-  double by_mm = 0.0;   ///< shorter by
-  CutModel model;       ///< all but longer: cut anew along it and all others, solvers included
-  GripFit fitted;       ///< and the grips under it; other held parts
+  std::array<double, 2> shorter_mm{};  ///< at its first and last end
+};
+
+/// A change that lets the organ under its grips follow the tracks better.
+struct BetterModel : ModelChange {
+  std::shared_ptr<const RegistrationState> then;  ///< what it is better than
+  CutModel model;  ///< cut anew along it and all others, solvers included; none: other held parts
+  GripFit fitted;  ///< and the grips under it; other held parts
 };
 
 /// Whether the model has been cut.
@@ -48,11 +54,13 @@ bool WorthProbing(const MethodOptions& options, const ModelProbeOptions& probe,
 /// The residual of the grips tells a cut that is too short or too long, or leads into the depth in
 /// a wrong direction, from the right one (Registration/GripFit.h). Tries on copies: its line as all
 /// evidence draws it now, and longer or shorter at each end that lies inside the organ; or turned
-/// about its line either way (state.probing says which). @return the best, if it is better enough.
+/// about its line either way (state.probing says which). What is better is gone on from. Every
+/// candidate is cut anew; one that leaves a thread of tissue across S (Cutting/Bridges.h) gives way
+/// to one that is turned by a degree, and a model that has one is itself cut anew.
+/// @return the best, if it is better enough
 /// @param given_up looked at between two trials
 std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const CameraModel& camera,
                                       const MethodOptions& options, const ModelProbeOptions& probe,
-                                      const TetCutter& cutter,
                                       std::shared_ptr<const RegistrationState> state,
                                       const std::atomic<bool>* given_up = nullptr);
 

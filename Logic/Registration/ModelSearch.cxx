@@ -20,8 +20,7 @@ constexpr double kStraight = 0.8;     // cosine of the bend where an end has gro
 }  // namespace
 
 bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& camera,
-                        const MethodOptions& options, const TetCutter& cutter,
-                        const RegistrationState& state) {
+                        const MethodOptions& options, const RegistrationState& state) {
   Drop();
   const ModelProbeOptions probe;
   if (!WorthProbing(options, probe, state)) return false;
@@ -32,7 +31,7 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
     tbb::task_arena alone(1);
     return alone.execute(
-        [&] { return ProbeModel(usable, camera, options, probe, cutter, then, given_up.get()); });
+        [&] { return ProbeModel(usable, camera, options, probe, then, given_up.get()); });
   });
   return true;
 }
@@ -57,7 +56,7 @@ void ModelSearch::Drop() {
 CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engine,
                   RegistrationState* state) {
   CutEvent event;
-  if (better.by == BetterModel::By::Regripped) {
+  if (better.by == ModelChange::By::Regripped) {
     if (state->mesh.VertexCount() == better.fitted.positions.rows())
       state->grips =
           MovedOn(std::move(better.fitted), better.then->grips, state->grips, state->mesh.rest);
@@ -70,22 +69,15 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
     return Vec3(c.line.points.row(better.at_end ? c.line.points.rows() - 1 : 0).transpose());
   };
   const Vec3 now = end(cut), then = end(better.then->cuts[better.cut]), tip = end(better.instead);
-  if (better.by == BetterModel::By::Longer) {
+  if (better.by == ModelChange::By::Longer) {
     // It may have grown there meanwhile, perhaps further, or elsewhere.
     const double on_mm = (tip - now).dot((tip - then).normalized());
     if (on_mm < kShortest_mm || (now != then && on_mm < kStraight * (tip - now).norm()))
       return event;
-    cut.line.points = LedOn(cut.line.points, better.at_end, tip);
-    cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);
-    event.report = ApplyCut(cut, options, engine, state);
-    return event;
   }
-  if (better.by == BetterModel::By::Shorter) {
-    if (now != then) return event;  // it goes on there
-    cut.line.points = Shortened(cut.line.points, better.at_end, better.by_mm);
-    cut.too_far_mm[better.at_end] += better.by_mm;
-  }
-  if (better.by == BetterModel::By::Redrawn) cut.line = better.instead.line;
+  if (better.by == ModelChange::By::Shorter && now != then) return event;  // it goes on there
+  if (better.by != ModelChange::By::Turned) cut.line = better.instead.line;
+  for (int k = 0; k < 2; ++k) cut.too_far_mm[k] += better.shorter_mm[k];
   cut.direction = better.instead.direction;
   cut.depth_mm = better.instead.depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);

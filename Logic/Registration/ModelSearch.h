@@ -19,7 +19,7 @@ class ModelSearch {
   ~ModelSearch() { Drop(); }  // and waits until all have noticed
   /// @return false where there is nothing to search for
   bool Begin(const std::vector<char>& usable, const CameraModel& camera,
-             const MethodOptions& options, const TetCutter& cutter, const RegistrationState& state);
+             const MethodOptions& options, const RegistrationState& state);
   /// Whether Finish would not wait.
   bool Ready() const {
     return !found_.valid() || found_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;

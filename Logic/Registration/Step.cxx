@@ -188,7 +188,7 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
       return;
     }
     if (state->frame < probing.next_frame) return;
-    if (engine.search->Begin(usable, camera, options, engine.cutter, *state)) {
+    if (engine.search->Begin(usable, camera, options, *state)) {
       probing.due_frame = state->frame + kSearchFrames;
       probing.of_grips = !IsCut(*state);
     }

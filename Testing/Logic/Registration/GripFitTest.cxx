@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "Cutting/Bridges.h"
 #include "Registration/GripFit.h"
 #include "Registration/ModelProbe.h"
 #include "Registration/ModelUpdate.h"
@@ -217,7 +218,7 @@ TEST(GripFit, TooFewFeaturesSayNothing) {
 }
 
 std::optional<BetterModel> Probed(const Model& model) {
-  return ProbeModel(model.usable, Above(), {}, {}, model.cutter,
+  return ProbeModel(model.usable, Above(), {}, {},
                     std::make_shared<const RegistrationState>(model.state));
 }
 
@@ -267,6 +268,42 @@ TEST(ModelProbe, ACutThatIsRightStaysAsItIs) {
     model.state.probing.turn = turn;
     EXPECT_FALSE(Probed(model));
   }
+}
+
+// The line drawn anew is right but too short: what is better is gone on from.
+TEST(ModelProbe, ALineDrawnAnewIsMadeLongerAtOnce) {
+  const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-5.0, 0);
+  ModelCut beside = shorter;
+  beside.line.points.col(0).array() += 4.0;
+  beside.surface = ExtrudeCut(beside.line, beside.direction, beside.depth_mm);
+  beside.redrawn = shorter.line.points;
+  Model model(&beside);
+  model.Follow(Seen(Truth(&right, 1.0)));
+  const auto better = Probed(model);
+  ASSERT_TRUE(better);
+  EXPECT_EQ(better->by, ModelChange::By::Redrawn);
+  const Points& line = better->instead.line.points;
+  EXPECT_LT((line.col(0) - right.line.points.col(0).head(1).replicate(line.rows(), 1))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-6);
+  EXPECT_GT(line.col(1).maxCoeff(), -3.0);
+}
+
+// The mesh was left joined by a thread of tissue in the middle of S: it is cut anew.
+TEST(ModelProbe, AThreadAcrossACutIsCut) {
+  const ModelCut right = CutTo(6.0, 0);
+  ModelCut threaded = right;
+  threaded.surface = testing::WithHole(right.surface, {3, -8, 0}, 4.0);
+  Model model(&threaded);
+  model.state.cuts[0].surface = right.surface;
+  ASSERT_TRUE(JoinedAcross(model.state.mesh, right.surface));
+  model.Follow(Seen(Truth(&right, 1.0)));
+  const auto better = Probed(model);
+  ASSERT_TRUE(better);
+  EXPECT_FALSE(JoinedAcross(better->model.mesh, better->instead.surface));
+  EXPECT_GT(better->instead.direction.dot(right.direction), 0.999);
+  EXPECT_LT(better->fitted.cost_mm2, 0.5 * model.state.grips.cost_mm2);
 }
 
 TEST(ModelProbe, ACutInAWrongDirectionIsTurned) {
