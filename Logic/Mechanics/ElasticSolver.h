@@ -53,7 +53,7 @@ struct SolveOptions {
   double time_step_s = 0.04;   ///< implicit Euler step (reference; Kerf: only with `inertia`)
   bool inertia = false;        ///< Kerf: add M/h² and the velocities, as the reference always does
   double tolerance = 1e-3;     ///< relative energy gap (Kerf); relative CG residual (reference)
-  int threads = 0;             ///< 0 = all
+  int threads = 0;             ///< 0 = those that the caller works with
 };
 
 struct SolveReport {

@@ -24,7 +24,8 @@ class Workers {
     arena_ = threads > 1 ? std::make_unique<tbb::task_arena>(threads) : nullptr;
   }
 
-  /// Runs all of a piece of work among these threads: they stay at hand between its loops.
+  /// Runs all of a piece of work among these threads. An arena of their own stays at hand between
+  /// its loops.
   template <class Function>
   void Run(const Function& function) const {
     if (arena_)

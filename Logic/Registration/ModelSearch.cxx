@@ -1,19 +1,16 @@
 #include "Registration/ModelSearch.h"
 
-#include <sys/resource.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 
+#include "Core/ThreadPriority.h"
 #include "Registration/CutLine.h"
 
 namespace kerf {
 namespace {
 
-/// Of the scheduler: frames get three quarters of a core that they share with a search.
-constexpr int kNiceness = 5;
 constexpr double kShortest_mm = 0.5;  // growth
 constexpr double kStraight = 0.8;     // cosine of the bend where an end has grown meanwhile
 
@@ -27,8 +24,7 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
   given_up_ = std::make_shared<std::atomic<bool>>(false);
   auto then = std::make_shared<const RegistrationState>(state);
   found_ = std::async(std::launch::async, [=, given_up = given_up_] {
-    // Frames come first. Where the priority cannot be changed, the search is as good.
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+    StepBehindOthers();  // frames come first
     tbb::task_arena alone(1);
     return alone.execute(
         [&] { return ProbeModel(usable, camera, options, probe, then, given_up.get()); });
@@ -37,21 +33,49 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
 }
 
 std::optional<BetterModel> ModelSearch::Finish() {
+  Clear();
   if (!found_.valid()) return std::nullopt;
   return found_.get();
 }
 
-void ModelSearch::Drop() {
+void ModelSearch::Clear() {
   given_up_ones_.erase(std::remove_if(given_up_ones_.begin(), given_up_ones_.end(),
                                       [](const Result& search) {
                                         return search.wait_for(std::chrono::seconds(0)) ==
                                                std::future_status::ready;
                                       }),
                        given_up_ones_.end());
+}
+
+void ModelSearch::Drop() {
+  Clear();
   if (!found_.valid()) return;
   *given_up_ = true;
   given_up_ones_.push_back(std::move(found_));
 }
+
+namespace {
+
+Vec3 EndOf(const ModelCut& cut, bool at_end) {
+  return cut.line.points.row(at_end ? cut.line.points.rows() - 1 : 0).transpose();
+}
+
+bool HasGrown(const ModelCut& then, const ModelCut& now, bool at_end) {
+  return (EndOf(now, at_end) - EndOf(then, at_end)).norm() >= kShortest_mm;
+}
+
+/// The line that was found, led on to where `now` has grown beyond it since `then`.
+Points WithGrowth(const ModelCut& found, const ModelCut& then, const ModelCut& now) {
+  Points line = found.line.points;
+  for (const bool at_end : {false, true}) {
+    if (!HasGrown(then, now, at_end)) continue;
+    const Vec3 tip = EndOf(now, at_end), on = (tip - EndOf(then, at_end)).normalized();
+    if ((tip - EndOf(found, at_end)).dot(on) >= kShortest_mm) line = LedOn(line, at_end, tip);
+  }
+  return line;
+}
+
+}  // namespace
 
 CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engine,
                   RegistrationState* state) {
@@ -65,10 +89,9 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
   event.cut = better.cut;
   event.point = better.instead.line.points.row(0).transpose();
   ModelCut& cut = state->cuts[better.cut];
-  const auto end = [&](const ModelCut& c) {
-    return Vec3(c.line.points.row(better.at_end ? c.line.points.rows() - 1 : 0).transpose());
-  };
-  const Vec3 now = end(cut), then = end(better.then->cuts[better.cut]), tip = end(better.instead);
+  const ModelCut& before = better.then->cuts[better.cut];
+  const Vec3 now = EndOf(cut, better.at_end), then = EndOf(before, better.at_end),
+             tip = EndOf(better.instead, better.at_end);
   if (better.by == ModelChange::By::Longer) {
     // It may have grown there meanwhile, perhaps further, or elsewhere.
     const double on_mm = (tip - now).dot((tip - then).normalized());
@@ -76,8 +99,10 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
       return event;
   }
   if (better.by == ModelChange::By::Shorter && now != then) return event;  // it goes on there
-  if (better.by != ModelChange::By::Turned) cut.line = better.instead.line;
-  for (int k = 0; k < 2; ++k) cut.too_far_mm[k] += better.shorter_mm[k];
+  for (const bool at_end : {false, true})
+    if (!HasGrown(before, cut, at_end)) cut.too_far_mm[at_end] += better.shorter_mm[at_end];
+  if (better.by != ModelChange::By::Turned)
+    cut.line.points = WithGrowth(better.instead, before, cut);
   cut.direction = better.instead.direction;
   cut.depth_mm = better.instead.depth_mm;
   cut.surface = ExtrudeCut(cut.line, cut.direction, cut.depth_mm);

@@ -31,6 +31,8 @@ class ModelSearch {
   void Drop();
 
  private:
+  /// Forgets those that have noticed.
+  void Clear();
   using Result = std::future<std::optional<BetterModel>>;
   Result found_;
   std::shared_ptr<std::atomic<bool>> given_up_;

@@ -290,6 +290,7 @@ void IntraoperativeWorker::Implementation::Run() {
   }
   if (frames > 0)
     WithSink([&](IntraoperativeSink& sink) { sink.Finish(parts.session->State(), last); });
+  parts.session.reset();  // here, where waiting for its last search holds nobody
 }
 
 IntraoperativeWorker::IntraoperativeWorker(Parts parts)

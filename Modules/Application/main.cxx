@@ -1,11 +1,14 @@
 #include <QVTKOpenGLNativeWidget.h>
+#include <tbb/parallel_for.h>
 
 #include <QApplication>
 #include <QCommandLineParser>
 #include <QFileInfo>
 #include <QSurfaceFormat>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <thread>
 
 #include "Framework/qKerfPluginLoader.h"
 #include "qKerfMainWindow.h"
@@ -25,6 +28,13 @@ bool MayStart(int argc, char** argv) {
   return false;
 }
 
+/// The threads of parallel loops start with the first loop and inherit the priority of who runs it:
+/// that must not be a job, which steps behind the window.
+void StartWorkers() {
+  tbb::parallel_for(0, 64,
+                    [](int) { std::this_thread::sleep_for(std::chrono::microseconds(200)); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -32,6 +42,7 @@ int main(int argc, char** argv) {
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
   format.setSamples(0);  // multisampling costs twice the time in software
   QSurfaceFormat::setDefaultFormat(format);
+  StartWorkers();
   QApplication app(argc, argv);
   QApplication::setApplicationName("kerf");
   QApplication::setApplicationDisplayName("Kerf");

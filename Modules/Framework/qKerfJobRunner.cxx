@@ -1,11 +1,5 @@
 #include "Framework/qKerfJobRunner.h"
 
-#ifdef __linux__
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-#endif
-
 #include <QTimer>
 #include <atomic>
 #include <deque>
@@ -13,17 +7,10 @@
 #include <thread>
 
 #include "Core/Errors.h"
+#include "Core/ThreadPriority.h"
 #include "Session/JobProgress.h"
 
 namespace {
-
-/// The thread and those that it starts give way to the window's where processors are short:
-/// drawing must not wait for a filter that uses all of them.
-void StepBehindTheWindow() {
-#ifdef __linux__
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 5);
-#endif
-}
 
 /// What went wrong, then what to do.
 QString WithAdvice(QString sentence, const QString& advice) {
@@ -91,7 +78,7 @@ void qKerfJobRunner::StartNext() {
   impl_->progress = std::make_unique<kerf::JobProgress>();
   emit Started(impl_->running.title);
   impl_->worker = std::thread([impl = impl_.get()] {
-    StepBehindTheWindow();
+    kerf::StepBehindOthers();  // drawing must not wait for a filter that uses all cores
     try {
       impl->running.work(*impl->progress);
     } catch (const kerf::Cancelled&) {

@@ -135,7 +135,7 @@ void PlanningJobs::Recover(const QString& file, std::function<void()> then) {
   };
   auto result = std::make_shared<Result>();
   qKerfJobRunner::Job job;
-  job.title = tr("Reading the work");
+  job.title = RecoverTitle();
   job.work = [result, file = file.toStdString()](kerf::Progress&) {
     result->work = kerf::LoadWork(file);
     result->labels = kerf::CountLabels(result->work.labels);
@@ -198,7 +198,8 @@ void PlanningJobs::Segment(const QString& preset) {
                                      : kerf::SegmentCt(ct, request, progress, &result->report);
     result->edit = kerf::CompareLabels(labels, *found.voxels);
   };
-  job.done = [this, result] {
+  job.done = [this, result, state = session_.LabelsState(), title = job.title] {
+    if (LabelsChangedSince(state, title)) return;
     session_.SetSegmentationWarnings(result->report.warnings);
     if (!session_.ApplyEdit("segment " + result->report.preset, result->edit))
       host_->ShowStatus(tr("Segmented: nothing is different from before."));
@@ -206,6 +207,14 @@ void PlanningJobs::Segment(const QString& preset) {
     Check();
   };
   host_->Jobs().Run(std::move(job));
+}
+
+bool PlanningJobs::LabelsChangedSince(std::uint64_t state, const QString& title) {
+  if (session_.LabelsState() == state) return false;
+  host_->Say(qKerfHost::Warning,
+             tr("%1: the labels were changed meanwhile, so the result was dropped. Try again.")
+                 .arg(title));
+  return true;
 }
 
 void PlanningJobs::RunTool(
@@ -224,12 +233,7 @@ void PlanningJobs::RunTool(
     *edit = kerf::CompareLabels(labels, tool(labels, progress));
   };
   job.done = [this, edit, undo_name, state, title] {
-    if (session_.LabelsState() != state) {
-      host_->Say(qKerfHost::Warning,
-                 tr("%1: the labels were changed meanwhile, so the result was dropped. Try again.")
-                     .arg(title));
-      return;
-    }
+    if (LabelsChangedSince(state, title)) return;
     if (!session_.ApplyEdit(undo_name, *edit))
       host_->ShowStatus(tr("%1: nothing was changed.").arg(title));
     if (!session_.Findings().empty()) Check();

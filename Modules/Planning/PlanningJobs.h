@@ -27,6 +27,7 @@ class PlanningJobs : public QObject {
   void OpenCase(const QString& folder);
   /// Unsaved work of before: its CT is opened, too.
   void Recover(const QString& file, std::function<void()> then);
+  static QString RecoverTitle() { return tr("Reading the work"); }
   void Segment(const QString& preset);
   /// A tool of Session/PlanningTools.h on the labels of now.
   void RunTool(const QString& title, const std::string& undo_name,
@@ -52,6 +53,8 @@ class PlanningJobs : public QObject {
   const std::vector<kerf::SeriesInfo>& Series() const { return series_; }
 
  private:
+  /// Says so: a result for labels of before is dropped.
+  bool LabelsChangedSince(std::uint64_t state, const QString& title);
   qKerfHost* host_;
   kerf::PlanningSession& session_;
   std::shared_ptr<const kerf::PlannedCase> planned_;

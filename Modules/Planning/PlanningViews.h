@@ -58,5 +58,4 @@ class PlanningViews : public QObject {
   std::uint64_t preview_state_ = 0;
   bool margin_shown_ = false, preview_waits_ = false;
   kerf::LabelMap margin_;
-  /// Organ surface to tumour: looked up at every change of the plan.
 };

@@ -166,6 +166,13 @@ void qKerfPlanningPage::MakeRecoveryBar() {
   row->addWidget(discard);
   QString text;
   recovery_bar_->setVisible(recovery_->HasLeftWork(&text));
+  // After the work was read its CT is opened: only then, or where reading failed, may it be tried
+  // again.
+  connect(&host_->Jobs(), &qKerfJobRunner::Finished, recovery_bar_,
+          [this](const QString& title, const QString& sentence, bool cancelled) {
+            if (title != PlanningJobs::RecoverTitle() || !sentence.isEmpty() || cancelled)
+              recovery_bar_->setEnabled(true);
+          });
   recovery_text_->setText(text);
   connect(recover, &QPushButton::clicked, this, &qKerfPlanningPage::Recover);
   connect(discard, &QPushButton::clicked, this, [this] {
@@ -246,6 +253,7 @@ bool qKerfPlanningPage::OpenCase(const QString& folder) {
 }
 
 void qKerfPlanningPage::Recover() {
+  recovery_bar_->setEnabled(false);  // once is enough, until the job of opening the CT is over, too
   jobs_->Recover(recovery_->File(), [this] {
     recovery_bar_->hide();
     steps_->SetCurrent(static_cast<int>(PlanningStep::Segment));

@@ -23,8 +23,9 @@ namespace {
 cv::Point2f ToCv(const Eigen::Vector2f& p) { return {p.x(), p.y()}; }
 Eigen::Vector2f FromCv(const cv::Point2f& p) { return {p.x, p.y}; }
 
-/// work(begin, end) over parts of [0, count). In the caller's arena: OpenCV's loops run in one of
-/// their own, to which threads take a while to move.
+/// work(begin, end) over parts of [0, count), in the caller's arena: OpenCV's loops run in one of
+/// their own, to which threads take a while to move. (Its own loop inside a part still does, for
+/// one part at a time.)
 template <class Work>
 void ForParts(int count, const Work& work) {
   constexpr int kPart = 16;

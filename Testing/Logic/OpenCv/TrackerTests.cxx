@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <numeric>
@@ -199,6 +200,7 @@ TEST(Tracking, SameBitsForEveryThreadCount) {
   const int usual_threads = cv::getNumThreads();
   const auto run = [&](int threads) {
     cv::setNumThreads(threads);
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     const auto tracker = MakeFeatureTracker();
     FeatureSet features =
         tracker->Detect(MakeFrame(0, motion.Picture(0)), FullMask(kWidth, kHeight, 30), 200);

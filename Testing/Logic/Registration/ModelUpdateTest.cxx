@@ -1,6 +1,7 @@
 // Whether a cut of the model is in it in whole or in part, as it grows, is cut anew and taken over.
 #include <gtest/gtest.h>
 
+#include "Registration/CutLine.h"
 #include "Registration/ModelSearch.h"
 #include "Registration/ModelUpdate.h"
 #include "Support/TestMeshes.h"
@@ -124,6 +125,48 @@ TEST(ModelUpdate, WhatASearchFoundSaysWhatWasLeftUncut) {
     EXPECT_EQ(event.report.reason, why);
     EXPECT_EQ(event.report.partial, *why != 0);
     EXPECT_EQ(band.cut().partial, *why != 0);
+  }
+}
+
+/// What a search found along another line, while the cut went on at one end or not.
+TEST(ModelUpdate, GrowthSinceASearchBeganIsKept) {
+  for (const bool has_grown : {false, true}) {
+    Band band;
+    band.cutter = TetCutter();
+    band.cut().direction = {0, 0, -1};
+    band.cut().depth_mm = 60.0;
+    band.cut().line.points = (Points(2, 3) << -20.3, -8.0, 2.5, -20.3, 0.0, 2.5).finished();
+    band.cut().surface = ExtrudeCut(band.cut().line, band.cut().direction, band.cut().depth_mm);
+    ASSERT_TRUE(band.Apply().done);
+    BetterModel better;
+    better.then = std::make_shared<RegistrationState>(band.state);
+    better.by = BetterModel::By::Redrawn;
+    better.shorter_mm[1] = 2.0;
+    better.instead = band.cut();
+    better.instead.line.points.row(1).x() += 1.0;
+    better.instead.surface =
+        ExtrudeCut(better.instead.line, better.instead.direction, better.instead.depth_mm);
+    auto anew = CutAnew({better.instead}, band.options, band.state, true);
+    ASSERT_TRUE(anew);
+    better.model = std::move(*anew);
+    better.fitted = band.state.grips;
+    better.fitted.positions = better.model.grip_positions;
+    const Vec3 tip(-20.3, 5.0, 2.5);
+    if (has_grown) {
+      band.cut().line.points = LedOn(band.cut().line.points, true, tip);
+      band.cut().surface = ExtrudeCut(band.cut().line, band.cut().direction, band.cut().depth_mm);
+      ASSERT_TRUE(band.Apply().done);
+    }
+    const Index cut_along_what_was_found = better.model.mesh.VertexCount();
+    EXPECT_TRUE(TakeOver(std::move(better), band.options, band.engine, &band.state).report.done);
+    const Points& line = band.cut().line.points;
+    EXPECT_EQ(line.rows(), has_grown ? 3 : 2);
+    EXPECT_NEAR(line(1, 0), -19.3, 1e-9) << "the line is the one that was found";
+    if (has_grown) {
+      EXPECT_LT((line.row(2).transpose() - tip).norm(), 1e-9);
+    }
+    EXPECT_EQ(band.state.mesh.VertexCount() > cut_along_what_was_found, has_grown);
+    EXPECT_EQ(band.cut().too_far_mm[1], has_grown ? 0.0 : 2.0);
   }
 }
 

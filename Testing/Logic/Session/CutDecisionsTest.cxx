@@ -278,8 +278,8 @@ bool RunToDueSearch(BandRun* run) {
   return false;
 }
 
-TEST(Search, IsTakenOverInTheFrameThatTheJournalNames) {
-  // Late in a live session, and a replay of it, for which it is as late without being slow.
+TEST(Search, IsTakenOverWhenItIsSaidHoweverLongItTook) {
+  // As in a live session, slow and late, and in a replay of it: as late without being slow.
   std::vector<Points> places;
   for (const auto how_long : {std::chrono::milliseconds(0), std::chrono::milliseconds(30)}) {
     BandRun run(true, false);
@@ -298,7 +298,6 @@ TEST(Search, IsTakenOverInTheFrameThatTheJournalNames) {
     EXPECT_TRUE(decision.cut == -1 && ToJournal(decision).empty());
     run.Next();
     EXPECT_NE(run.State().probing.due_frame, due) << "it was not taken over";
-    EXPECT_FALSE(run.session->SearchIsLate(due - 1));
     run.RunTo(run.next + 5);
     places.push_back(run.State().positions);
   }

@@ -1,0 +1,10 @@
+#pragma once
+
+namespace kerf {
+
+/// The calling thread, and the threads that it starts, get a third of what they would get of a core
+/// that they share with others: work that must not hold up what somebody looks at. Five steps of
+/// niceness below what the thread has now; where the system does not allow it, nothing changes.
+void StepBehindOthers();
+
+}  // namespace kerf
