@@ -1,16 +1,14 @@
 #include <QVTKOpenGLNativeWidget.h>
-#include <tbb/parallel_for.h>
 
 #include <QApplication>
 #include <QCommandLineParser>
 #include <QFileInfo>
 #include <QSurfaceFormat>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <thread>
 
 #include "Framework/qKerfPluginLoader.h"
+#include "StartWorkers.h"
 #include "qKerfMainWindow.h"
 
 namespace {
@@ -26,13 +24,6 @@ bool MayStart(int argc, char** argv) {
                "KerfApp: there is no display. Start it from a desktop, over ssh -X, or with "
                "xvfb-run.\n");
   return false;
-}
-
-/// The threads of parallel loops start with the first loop and inherit the priority of who runs it:
-/// that must not be a job, which steps behind the window.
-void StartWorkers() {
-  tbb::parallel_for(0, 64,
-                    [](int) { std::this_thread::sleep_for(std::chrono::microseconds(200)); });
 }
 
 }  // namespace

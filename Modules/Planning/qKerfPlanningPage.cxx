@@ -17,6 +17,7 @@
 #include <QVariant>
 
 #include "Framework/qKerfHost.h"
+#include "Framework/qKerfJobRunner.h"
 #include "Planning/qKerfCameraPanel.h"
 #include "Planning/qKerfImportPanel.h"
 #include "Planning/qKerfMeshPanel.h"
