@@ -13,7 +13,6 @@ OrganSearch::~OrganSearch() {
 }
 
 void OrganSearch::Begin(SurfaceMesh outline) {
-  group_.wait();
   outline_ = std::move(outline);
   group_.run([this] {
     found_.model = ProjectedMask(outline_, camera_);

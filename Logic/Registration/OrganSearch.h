@@ -24,7 +24,7 @@ class OrganSearch {
   OrganSearch(const OrganSearch&) = delete;
   OrganSearch& operator=(const OrganSearch&) = delete;
 
-  /// Starts with the model where it is now.
+  /// Starts with the model where it is now. Once.
   void Begin(SurfaceMesh outline);
   /// What was found. @throws what the segmenter threw
   Found& Wait();

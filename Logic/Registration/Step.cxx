@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kSearchFrames = 8;         // a third of a second; searches take as long
+constexpr int kSearchFrames = 8;         // what a search is given; live, a late one has longer
 constexpr double kRegripGrowth = 1.4;    // of the residual: then the held parts are tried again
 constexpr int kLongestPause_frames = 8;  // between searches in vain
 
