@@ -68,6 +68,13 @@ class Reader {
   const std::string& file_;
 };
 
+void CheckHeader(Reader& in, const std::string& file) {
+  char magic[sizeof kMagic - 1];
+  in.Bytes(magic, sizeof magic, "header");
+  if (std::memcmp(magic, kMagic, sizeof magic) != 0)
+    throw InputError(file, "header", "it was written by another version of Kerf");
+}
+
 void WritePoints(Writer& out, const std::vector<MarkupPoint>& points) {
   out.Value<std::uint64_t>(points.size());
   for (const MarkupPoint& p : points) {
@@ -169,14 +176,22 @@ void SaveWork(const PlanningWork& work, const std::string& file) {
   atomic.Commit();
 }
 
+std::string CtOfWork(const std::string& file) {
+  try {
+    std::ifstream stream(file, std::ios::binary);
+    Reader in(stream, file);
+    CheckHeader(in, file);
+    return in.Text("CT");
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 PlanningWork LoadWork(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(file, "", "cannot be opened");
   Reader in(stream, file);
-  char magic[sizeof kMagic - 1];
-  in.Bytes(magic, sizeof magic, "header");
-  if (std::memcmp(magic, kMagic, sizeof magic) != 0)
-    throw InputError(file, "header", "it was written by another version of Kerf");
+  CheckHeader(in, file);
   PlanningWork work;
   work.ct_path = in.Text("CT");
   work.series = in.Text("series");

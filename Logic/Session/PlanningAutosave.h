@@ -21,5 +21,7 @@ PlanningWork TakeWork(const PlanningSession& session);
 void SaveWork(const PlanningWork& work, const std::string& file);
 /// @throws InputError naming file and element
 PlanningWork LoadWork(const std::string& file);
+/// The path of the CT alone, for a question about the work; empty where the file cannot be read.
+std::string CtOfWork(const std::string& file);
 
 }  // namespace kerf

@@ -47,13 +47,17 @@ CountedLabels CountLabels(LabelMap labels) {
   return counted;
 }
 
-void LabelEditor::Reset(const GridGeometry& grid, const std::string& source) {
+CountedLabels NoLabels(const GridGeometry& grid, const std::string& source) {
   CountedLabels empty;
   empty.labels.grid = grid;
   empty.labels.source = source;
   empty.labels.voxels = std::make_shared<const std::vector<std::uint8_t>>(grid.VoxelCount(), 0);
   empty.counts[0] = grid.VoxelCount();
-  Reset(empty);
+  return empty;
+}
+
+void LabelEditor::Reset(const GridGeometry& grid, const std::string& source) {
+  Reset(NoLabels(grid, source));
 }
 
 void LabelEditor::Reset(const CountedLabels& counted) {

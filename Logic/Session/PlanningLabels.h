@@ -53,6 +53,8 @@ struct CountedLabels {
 };
 /// @throws std::invalid_argument when the voxel count is not the grid's
 CountedLabels CountLabels(LabelMap labels);
+/// Everything background.
+CountedLabels NoLabels(const GridGeometry& grid, const std::string& source);
 
 /// The label map that is being edited, on the CT's grid. Voxels that somebody else holds (a running
 /// job, an autosave) are copied before they are changed: what was handed out never changes.

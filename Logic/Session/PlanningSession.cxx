@@ -207,15 +207,17 @@ void PlanningSession::SetMeasures(ResectionMeasures measures, double within_marg
 }
 
 void PlanningSession::SetCamera(const CameraModel& camera, const std::string& path) {
-  camera_ = camera;
-  camera_path_ = path;
-  Touch(PlanningChange::Camera);
-}
-
-void PlanningSession::RemoveCamera() {
-  camera_.reset();
-  camera_path_.clear();
-  Touch(PlanningChange::Camera);
+  const auto set = [this](const std::optional<CameraModel>& now, const std::string& from) {
+    camera_ = now;
+    camera_path_ = from;
+    Touch(PlanningChange::Camera);
+  };
+  UndoCommand command;
+  command.name = "open the camera file";
+  command.undo = [set, before = camera_, from = camera_path_] { set(before, from); };
+  command.redo = [set, camera, path] { set(camera, path); };
+  undo_.Push(std::move(command));
+  set(camera, path);
 }
 
 void PlanningSession::AddLandmark(const Vec3& position_mm, const std::string& name) {

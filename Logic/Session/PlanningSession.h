@@ -116,7 +116,6 @@ class PlanningSession {
 
   // Camera and landmarks
   void SetCamera(const CameraModel& camera, const std::string& path);
-  void RemoveCamera();
   const std::optional<CameraModel>& Camera() const { return camera_; }
   const std::string& CameraPath() const { return camera_path_; }
   const std::vector<MarkupPoint>& Landmarks() const { return landmarks_; }

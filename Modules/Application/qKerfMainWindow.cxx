@@ -5,11 +5,13 @@
 #include <QCloseEvent>
 #include <QDir>
 #include <QDockWidget>
+#include <QDragEnterEvent>
 #include <QFileDialog>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QMimeData>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QStackedWidget>
@@ -40,6 +42,7 @@ qKerfMainWindow::qKerfMainWindow(const QString& settings_file, const QStringList
       log_(new qKerfLogPanel),
       log_dock_(new QDockWidget(tr("Log"))) {
   setObjectName("mainWindow");
+  setAcceptDrops(true);
   host_->SetDark(host_->IsDark());
 
   auto* bar = new QWidget;
@@ -289,12 +292,38 @@ bool qKerfMainWindow::OpenCase(const QString& folder) {
                tr("This case cannot be opened: %1").arg(QString::fromStdString(summary.problem)));
     return false;
   }
+  for (const qKerfPlugin& plugin : search_.plugins)
+    if (!plugin.module->CanLeaveCase()) return false;
   host_->Say(qKerfHost::Info, QString());
   host_->SetCurrentCase(QString::fromStdString(summary.folder));
   for (const qKerfPlugin& plugin : search_.plugins)
     plugin.module->OpenCase(QString::fromStdString(summary.folder));
   if (host_->ShownModule() == "cases") ShowPage("planning");
   return true;
+}
+
+void qKerfMainWindow::Open(const QString& path) {
+  if (kerf::SummarizeCase(path.toStdString()).problem.empty()) {
+    OpenCase(path);
+    return;
+  }
+  for (const qKerfPlugin& plugin : search_.plugins)
+    if (plugin.module->OpenData(path)) return;
+}
+
+void qKerfMainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void qKerfMainWindow::dropEvent(QDropEvent* event) {
+  const QList<QUrl> urls = event->mimeData()->urls();
+  if (urls.isEmpty() || !urls[0].isLocalFile()) {
+    host_->Say(qKerfHost::Problem, tr("Only files and folders of this machine can be opened: save "
+                                      "it first, then drop it."));
+    return;
+  }
+  event->acceptProposedAction();
+  Open(urls[0].toLocalFile());
 }
 
 void qKerfMainWindow::SetLogShown(bool shown) { show_log_->setChecked(shown); }

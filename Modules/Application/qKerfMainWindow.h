@@ -33,11 +33,15 @@ class qKerfMainWindow : public QMainWindow {
   const QVector<qKerfPlugin>& Plugins() const { return search_.plugins; }
   /// Opens a case folder in every module. Problems are said in the message bar.
   bool OpenCase(const QString& folder);
+  /// A case folder, or what a module takes: a CT. As dropping it onto the window does.
+  void Open(const QString& path);
   bool ShowPage(const QString& name);
   void SetLogShown(bool shown);
 
  protected:
   void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
 
  private:
   void MakeMenus();

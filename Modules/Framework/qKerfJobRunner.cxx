@@ -1,5 +1,6 @@
 #include "Framework/qKerfJobRunner.h"
 
+#include <QElapsedTimer>
 #include <QTimer>
 #include <atomic>
 #include <deque>
@@ -11,6 +12,9 @@
 #include "Session/JobProgress.h"
 
 namespace {
+
+/// Saying it draws the window anew, which takes a hundredth of a second in software.
+constexpr int kSaidEvery_ms = 100;
 
 /// What went wrong, then what to do.
 QString WithAdvice(QString sentence, const QString& advice) {
@@ -35,6 +39,7 @@ struct qKerfJobRunner::Impl {
   double fraction = -1.0;
   QString what;
   QTimer timer;
+  QElapsedTimer said;  ///< since progress was told
 };
 
 qKerfJobRunner::qKerfJobRunner(QObject* parent) : QObject(parent), impl_(new Impl) {
@@ -75,6 +80,7 @@ void qKerfJobRunner::StartNext() {
   impl_->sentence.clear();
   impl_->fraction = -1.0;
   impl_->what.clear();
+  impl_->said.invalidate();
   impl_->progress = std::make_unique<kerf::JobProgress>();
   emit Started(impl_->running.title);
   impl_->worker = std::thread([impl = impl_.get()] {
@@ -99,7 +105,9 @@ void qKerfJobRunner::Look() {
   const kerf::JobProgress::State state = impl_->progress->Take();
   for (const std::string& warning : state.warnings) emit Warned(QString::fromStdString(warning));
   const QString what = QString::fromStdString(state.what);
-  if (state.fraction != impl_->fraction || what != impl_->what) {
+  const bool soon = impl_->said.isValid() && impl_->said.elapsed() < kSaidEvery_ms;
+  if (!soon && (state.fraction != impl_->fraction || what != impl_->what)) {
+    impl_->said.start();
     impl_->fraction = state.fraction;
     impl_->what = what;
     emit Progressed(state.fraction, what);

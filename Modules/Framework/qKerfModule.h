@@ -31,6 +31,15 @@ class qKerfModule {
   /// Shows a case folder. Called only after CreateWidget. Problems are said through
   /// qKerfHost::Say. @return false when the case was not taken
   virtual bool OpenCase(const QString& folder) = 0;
+  /// Something that is no case was dropped onto the window: a CT's file or folder. The first module
+  /// that takes it shows its page.
+  virtual bool OpenData(const QString& path) {
+    Q_UNUSED(path);
+    return false;
+  }
+  /// May another case take the place of what is shown? A module with unsaved work asks here. When
+  /// one module says no, the case is opened in none.
+  virtual bool CanLeaveCase() { return true; }
   /// May the window close now? A module with unsaved work asks here, and stops its own threads when
   /// the answer is yes.
   virtual bool CanClose() = 0;
@@ -38,5 +47,5 @@ class qKerfModule {
 
 // A macro, because Q_PLUGIN_METADATA takes no constant. The number is the interface's version: a
 // plugin made for another one is refused with its reason.
-#define kKerfModuleIid "org.kerf.Module/1"
+#define kKerfModuleIid "org.kerf.Module/2"
 Q_DECLARE_INTERFACE(qKerfModule, kKerfModuleIid)

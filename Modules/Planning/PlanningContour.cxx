@@ -13,8 +13,8 @@ constexpr double kMargin_mm = 12;
 
 }  // namespace
 
-LabelVoxels EvolveContour(const Volume& ct, const LabelMap& labels, int label,
-                          const std::function<void(const LabelVoxels&)>& step, Progress& progress) {
+void EvolveContour(const Volume& ct, const LabelMap& labels, int label, LabelVoxels* voxels,
+                   const std::function<void()>& step, Progress& progress) {
   LabelBox box = BoxOf(labels, [label](std::uint8_t v) { return v == label; });
   if (box.Empty())
     throw UsageError("The selected label is empty: paint or grow a start for the contour first.");
@@ -29,19 +29,18 @@ LabelVoxels EvolveContour(const Volume& ct, const LabelMap& labels, int label,
     mask.values[in_box] = label == 1 ? v >= 1 && v <= 3 : v == label;
   });
   ScalarField inside = SignedDistance_mm(mask);
-  LabelVoxels out = *labels.voxels;
   for (int s = 0; s < kSteps; ++s) {
     SubProgress part(progress, 0.1 + 0.9 * s / kSteps, 0.1 + 0.9 * (s + 1) / kSteps);
     inside = SnapToEdges(image, inside, kIterationsPerStep, part);
     progress.ThrowIfCancelled();
+    if (voxels->empty()) *voxels = *labels.voxels;
     box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {
       const std::uint8_t v = (*labels.voxels)[at];
       if (v != 0 && v != label) return;
-      out[at] = inside.values[in_box] >= 0 ? static_cast<std::uint8_t>(label) : 0;
+      (*voxels)[at] = inside.values[in_box] >= 0 ? static_cast<std::uint8_t>(label) : 0;
     });
-    step(out);
+    step();
   }
-  return out;
 }
 
 }  // namespace kerf

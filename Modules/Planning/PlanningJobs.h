@@ -22,6 +22,8 @@ class PlanningJobs : public QObject {
  public:
   PlanningJobs(qKerfHost* host, kerf::PlanningSession& session, QObject* parent);
 
+  /// Called before a CT takes the place of what is in the session; false keeps that.
+  void AskBeforeReplacing(std::function<bool()> may) { may_replace_ = std::move(may); }
   /// @param then called when the CT is in the session
   void Open(const QString& path, const QString& series, std::function<void()> then = {});
   void OpenCase(const QString& folder);
@@ -39,6 +41,8 @@ class PlanningJobs : public QObject {
   void Check();
   void Mesh(int tetrahedra);
   void Measure();
+  void OpenCamera(const QString& path);
+  void ReadLandmarks(const QString& path);
   void Save(const QString& folder, const QImage& preview);
 
  signals:
@@ -59,4 +63,5 @@ class PlanningJobs : public QObject {
   kerf::PlanningSession& session_;
   std::shared_ptr<const kerf::PlannedCase> planned_;
   std::vector<kerf::SeriesInfo> series_;
+  std::function<bool()> may_replace_ = [] { return true; };
 };

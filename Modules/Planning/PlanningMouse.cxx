@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "Framework/qKerfHost.h"
-#include "Geometry/SurfaceTree.h"
 #include "Planning/qKerfCameraPanel.h"
 #include "Planning/qKerfPlanPanel.h"
 #include "Planning/qKerfSegmentPanel.h"
@@ -15,12 +14,22 @@
 
 using Tool = qKerfSegmentPanel::Tool;
 
+namespace {
+
+constexpr double kGrab_px = 7;   ///< a point of the line is under the pointer
+constexpr double kNear_mm = 15;  ///< the crosshair means a place on the organ
+
+}  // namespace
+
 PlanningMouse::PlanningMouse(const On& on, QObject* parent) : QObject(parent), on_(on) {
   connect(on_.segment, &qKerfSegmentPanel::ToolChanged, this, &PlanningMouse::ToolChanged);
   connect(on_.views, &PlanningViews::ToolPressed, this, &PlanningMouse::Pressed);
   connect(on_.views, &PlanningViews::ToolMoved, this, &PlanningMouse::Dragged);
   connect(on_.views, &PlanningViews::ToolReleased, this, &PlanningMouse::Released);
+  connect(on_.views, &PlanningViews::SpotChosen, this, &PlanningMouse::SpotChosen);
   connect(on_.views->Scene(), &qKerfSceneView::Picked, this, &PlanningMouse::Picked);
+  connect(on_.views->Scene(), &qKerfSceneView::Pressed, this, &PlanningMouse::Grabbed);
+  connect(on_.views->Scene(), &qKerfSceneView::Dragged, this, &PlanningMouse::Moved);
 }
 
 void PlanningMouse::ToolChanged() {
@@ -79,14 +88,60 @@ void PlanningMouse::Released() {
   on_.session->EndStroke(stroke_.paint == 0 ? "erase" : "paint");
 }
 
-void PlanningMouse::Picked(const kerf::Vec3& origin_mm, const kerf::Vec3& direction) {
+const kerf::SurfaceTree* PlanningMouse::Tree() {
   const auto& model = on_.session->Model();
-  if (!model) return;
-  const auto hit = kerf::SurfaceTree(model->organ_surface).FirstHit({origin_mm, direction});
-  if (!hit) {
-    on_.host->ShowStatus(tr("There is no organ under the pointer."));
-    return;
+  if (model != tree_of_) {
+    tree_of_ = model;
+    tree_ = model ? std::make_unique<kerf::SurfaceTree>(model->organ_surface) : nullptr;
   }
-  if (on_.plan->IsDrawing()) on_.session->AddLinePoint(hit->point);
-  if (on_.camera->IsPlacing()) on_.session->AddLandmark(hit->point);
+  return tree_.get();
+}
+
+void PlanningMouse::Take(const kerf::Vec3& on_organ_mm) {
+  if (on_.plan->IsDrawing()) on_.session->AddLinePoint(on_organ_mm);
+  if (on_.camera->IsPlacing()) on_.session->AddLandmark(on_organ_mm);
+}
+
+void PlanningMouse::Picked(const kerf::Vec3& origin_mm, const kerf::Vec3& direction) {
+  if (!Tree()) return;
+  if (const auto hit = Tree()->FirstHit({origin_mm, direction}))
+    Take(hit->point);
+  else
+    on_.host->ShowStatus(tr("There is no organ under the pointer."));
+}
+
+void PlanningMouse::SpotChosen(const kerf::Vec3& position_mm) {
+  if (!Tree() || (!on_.plan->IsDrawing() && !on_.camera->IsPlacing())) return;
+  const kerf::SurfaceHit nearest = Tree()->Closest(position_mm);
+  if (nearest.distance_mm > kNear_mm)
+    on_.host->ShowStatus(tr("The organ's surface is %1 mm away from the crosshair: move it there.")
+                             .arg(nearest.distance_mm, 0, 'f', 0));
+  else
+    Take(nearest.point);
+}
+
+void PlanningMouse::Grabbed(const QPointF& at, bool* taken) {
+  if (!on_.plan->IsDrawing()) return;
+  const kerf::Points& line = on_.session->Plan().line;
+  const kerf::Vec3 into = on_.views->Scene()->ViewDirection();
+  grabbed_ = -1;
+  // Of those under the pointer the one in front.
+  for (int p = 0; p < line.rows(); ++p) {
+    const QPointF way = on_.views->Scene()->WidgetFromWorld(line.row(p).transpose()) - at;
+    if (std::hypot(way.x(), way.y()) > kGrab_px) continue;
+    if (grabbed_ < 0 || line.row(p).dot(into) < line.row(grabbed_).dot(into)) grabbed_ = p;
+  }
+  *taken = grabbed_ >= 0;
+}
+
+void PlanningMouse::Moved(const kerf::Vec3& origin_mm, const kerf::Vec3& direction, bool over) {
+  const auto hit = Tree() ? Tree()->FirstHit({origin_mm, direction}) : std::nullopt;
+  if (hit && !over) {
+    moved_ = true;
+    on_.views->ShowMoved(hit->point);
+  }
+  if (!over) return;
+  on_.views->ShowMoved({});
+  if (hit && moved_) on_.session->MoveLinePoint(grabbed_, hit->point);
+  moved_ = false;
 }

@@ -1,7 +1,7 @@
 #include "PlanningRecovery.h"
 
-#include <QCoreApplication>
 #include <QDateTime>
+#include <QDir>
 #include <QFile>
 #include <QFileInfo>
 #include <QTimer>
@@ -11,8 +11,22 @@
 #include "Session/PlanningAutosave.h"
 
 namespace {
-constexpr int kDelay_ms = 2000;
+
+constexpr int kDelay_ms = 2000, kMostWindows = 100;
+
+/// The first window's files have the plain name.
+QString SlotName(int slot) {
+  return slot == 0 ? QStringLiteral("autosave") : QStringLiteral("autosave-%1").arg(slot);
 }
+
+/// A lock goes with its process, not with time.
+std::unique_ptr<QLockFile> LockOf(const QString& folder, const QString& name) {
+  auto lock = std::make_unique<QLockFile>(folder + '/' + name + ".lock");
+  lock->setStaleLockTime(0);
+  return lock->tryLock() ? std::move(lock) : nullptr;
+}
+
+}  // namespace
 
 PlanningRecovery::PlanningRecovery(qKerfHost* host, kerf::PlanningSession& session, QObject* parent)
     : QObject(parent),
@@ -20,15 +34,39 @@ PlanningRecovery::PlanningRecovery(qKerfHost* host, kerf::PlanningSession& sessi
       session_(session),
       quiet_(new qKerfJobRunner(this)),
       timer_(new QTimer(this)),
-      lock_(host->WorkFolder("planning") + "/lock"),
-      file_(host->WorkFolder("planning") + "/autosave.kerfwork") {
-  lock_.setStaleLockTime(0);  // a lock goes with its process, not with time
-  if (!lock_.tryLock())
-    file_ = host->WorkFolder("planning") +
-            QStringLiteral("/autosave-%1.kerfwork").arg(QCoreApplication::applicationPid());
+      folder_(host->WorkFolder("planning")) {
+  TakeSlot();
+  GatherLeft();
   timer_->setSingleShot(true);
   timer_->setInterval(kDelay_ms);
   connect(timer_, &QTimer::timeout, this, &PlanningRecovery::Save);
+}
+
+void PlanningRecovery::TakeSlot() {
+  for (int slot = 0; slot < kMostWindows && !lock_; ++slot) {
+    file_ = folder_ + '/' + SlotName(slot) + ".kerfwork";
+    lock_ = LockOf(folder_, SlotName(slot));
+  }
+}
+
+void PlanningRecovery::GatherLeft() {
+  const QDir folder(folder_);
+  // An autosave without a window that holds its lock was left by a crash.
+  for (const QString& name : folder.entryList({"autosave*.kerfwork"}, QDir::Files, QDir::Name)) {
+    const QFileInfo info(folder.filePath(name));
+    std::unique_ptr<QLockFile> lock;
+    if (info != QFileInfo(file_) && !(lock = LockOf(folder_, info.completeBaseName()))) continue;
+    int number = 1;
+    const auto left = [&] {
+      return folder.filePath(QStringLiteral("left-%1.kerfwork").arg(number));
+    };
+    while (QFile::exists(left())) ++number;
+    QFile::rename(info.filePath(), left());
+  }
+  // Several windows must not offer the same: the first one does.
+  if (file_ != folder.filePath(SlotName(0) + ".kerfwork")) return;
+  for (const QString& name : folder.entryList({"left-*.kerfwork"}, QDir::Files, QDir::Time))
+    left_ << folder.filePath(name);
 }
 
 bool PlanningRecovery::IsPending() const { return timer_->isActive() || quiet_->IsBusy(); }
@@ -54,9 +92,14 @@ void PlanningRecovery::Save() {
                   "on the disk.")
                    .arg(sentence));
   };
-  job.done = [this] {
+  job.done = [this, held = recovered_] {
     // Saved or closed in the meantime: there is nothing to recover.
     if (!session_.IsDirty()) QFile::remove(file_);
+    // Not what was recovered since this job took its copy.
+    for (const QString& file : held) {
+      QFile::remove(file);
+      recovered_.removeAll(file);
+    }
   };
   quiet_->Run(std::move(job));
 }
@@ -64,12 +107,25 @@ void PlanningRecovery::Save() {
 void PlanningRecovery::Forget() {
   timer_->stop();
   QFile::remove(file_);
+  for (const QString& file : recovered_) QFile::remove(file);
+  recovered_.clear();
 }
 
 bool PlanningRecovery::HasLeftWork(QString* text) const {
-  const QFileInfo info(file_);
-  if (!info.exists()) return false;
-  *text =
-      tr("Kerf ended at %1 without saving.").arg(info.lastModified().toString("d MMM, hh:mm:ss"));
+  if (left_.isEmpty()) return false;
+  const QFileInfo info(left_[0]);
+  const QString ct =
+      QFileInfo(QString::fromStdString(kerf::CtOfWork(left_[0].toStdString()))).fileName();
+  const QString when = info.lastModified().toString("d MMM, hh:mm:ss");
+  *text = ct.isEmpty() ? tr("Kerf ended at %1 without saving.").arg(when)
+                       : tr("Kerf ended at %1 without saving work on %2.").arg(when, ct);
   return true;
+}
+
+void PlanningRecovery::Discard() {
+  if (!left_.isEmpty()) QFile::remove(left_.takeFirst());
+}
+
+void PlanningRecovery::Recovered() {
+  if (!left_.isEmpty()) recovered_ << left_.takeFirst();
 }

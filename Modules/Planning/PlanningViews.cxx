@@ -15,6 +15,8 @@ namespace {
 
 const char* const kNames[4] = {"", "organ", "tumour", "internal"};
 
+const QColor kLineColor("#ff4fa3");
+
 QColor SeedColor(const std::string& kind) {
   if (kind == "organ") return QColor("#ff8f70");
   if (kind == "tumour") return QColor("#f2c94c");
@@ -74,6 +76,7 @@ PlanningViews::PlanningViews(kerf::PlanningSession& session, QObject* parent)
     connect(view, &qKerfSliceView::ToolMoved, this,
             [this, s](const kerf::Vec3& index) { emit ToolMoved(s, index); });
     connect(view, &qKerfSliceView::ToolReleased, this, &PlanningViews::ToolReleased);
+    connect(view, &qKerfSliceView::SpotChosen, this, &PlanningViews::SpotChosen);
     connect(view, &qKerfSliceView::WholePageWanted, this, [this, view] { Toggle(view); });
   }
   scene_->SetHint(tr("The organ is shown here\nonce it is segmented."));
@@ -191,6 +194,8 @@ void PlanningViews::ShowMarkers() {
     markers.push_back({p.position_mm, SeedColor(p.label), QString::fromStdString(p.label)});
   for (const kerf::MarkupPoint& p : session_.Landmarks())
     markers.push_back({p.position_mm, QColor("#7ee081"), QString::fromStdString(p.label)});
+  for (const auto& p : session_.Plan().line.rowwise())
+    markers.push_back({p.transpose(), kLineColor, {}});
   for (qKerfSliceView* view : slices_) view->SetMarkers(markers);
   scene_->SetPoints("landmarks", RowsOf(session_.Landmarks()), NamesOf(session_.Landmarks()),
                     QColor("#7ee081"), 1.6);
@@ -224,9 +229,8 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
     scene_->SetIsoline("margin", model->organ_surface, to_tumour_mm, margin, QColor("#ffffff"));
   const kerf::Points& control = session_.Plan().line;
   if (control.rows() > 0) {
-    scene_->SetPoints("points", control, {}, QColor("#ff4fa3"), 1.4);
-    scene_->SetLine("line", kerf::LineOnSurface(model->organ_surface, control), QColor("#ff4fa3"),
-                    4);
+    scene_->SetPoints("points", control, {}, kLineColor, 1.4);
+    scene_->SetLine("line", kerf::LineOnSurface(model->organ_surface, control), kLineColor, 4);
   }
   const auto& measures = session_.Measures();
   const kerf::CutSurface sheet =
@@ -237,8 +241,15 @@ void PlanningViews::ShowModel(bool quality, bool sheet_colored, bool organ_color
       scene_->SetColoredSurface("sheet", mesh, measures->sheet_to_tumour_mm, 0,
                                 4 * std::max(margin, 5.0), tr("mm"), 0.9);
     else
-      scene_->SetSurface("sheet", mesh, QColor("#ff4fa3"), 0.45);
+      scene_->SetSurface("sheet", mesh, kLineColor, 0.45);
   }
+}
+
+void PlanningViews::ShowMoved(const std::optional<kerf::Vec3>& point_mm) {
+  if (point_mm)
+    scene_->SetPoints("moved", point_mm->transpose(), {}, Qt::white, 1.8);
+  else
+    scene_->Remove("moved");
 }
 
 void PlanningViews::ShowContour(const kerf::LabelMap& contour) {

@@ -31,6 +31,8 @@ class PlanningViews : public QObject {
   void SetFill(double fill);
   void SetTool(bool active, double radius_mm);
   void ShowMargin(bool shown);
+  /// A point of the line while it is dragged; none ends it.
+  void ShowMoved(const std::optional<kerf::Vec3>& point_mm);
   /// A contour that evolves; an empty map ends it.
   void ShowContour(const kerf::LabelMap& contour);
   void SetCrosshair(const kerf::Vec3& position_mm);
@@ -43,6 +45,7 @@ class PlanningViews : public QObject {
   void ToolPressed(int slice, const kerf::Vec3& index);
   void ToolMoved(int slice, const kerf::Vec3& index);
   void ToolReleased();
+  void SpotChosen(const kerf::Vec3& position_mm);
 
  private:
   void StartPreview();

@@ -12,4 +12,11 @@ QWidget* qKerfPlanningModule::CreateWidget(qKerfHost* host, QWidget* parent) {
 
 bool qKerfPlanningModule::OpenCase(const QString& folder) { return page_->OpenCase(folder); }
 
+bool qKerfPlanningModule::OpenData(const QString& path) {
+  page_->OpenCt(path);
+  return true;
+}
+
+bool qKerfPlanningModule::CanLeaveCase() { return page_->CanLeaveCase(); }
+
 bool qKerfPlanningModule::CanClose() { return page_->CanClose(); }

@@ -17,6 +17,8 @@ class qKerfPlanningModule : public QObject, public qKerfModule {
   QIcon Icon() const override;
   QWidget* CreateWidget(qKerfHost* host, QWidget* parent) override;
   bool OpenCase(const QString& folder) override;
+  bool OpenData(const QString& path) override;
+  bool CanLeaveCase() override;
   bool CanClose() override;
 
  private:

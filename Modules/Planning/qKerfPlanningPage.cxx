@@ -1,13 +1,11 @@
 #include "qKerfPlanningPage.h"
 
 #include <QComboBox>
-#include <QDragEnterEvent>
 #include <QFileInfo>
 #include <QFrame>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMessageBox>
-#include <QMimeData>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QStackedWidget>
@@ -47,11 +45,12 @@ qKerfPlanningPage::qKerfPlanningPage(qKerfHost* host, QWidget* parent)
       jobs_(new PlanningJobs(host, *session_, this)),
       recovery_(new PlanningRecovery(host, *session_, this)) {
   setObjectName("planningPage");
-  setAcceptDrops(true);
   MakeLayout();
   mouse_ =
       new PlanningMouse({host_, session_.get(), views_, jobs_, segment_, plan_, camera_}, this);
   session_->SetListener([this](PlanningChange change) { Listen(change); });
+  jobs_->AskBeforeReplacing(
+      [this] { return MayDropWork(tr("Open this CT without saving them?")); });
   WireImport();
   WireSegment();
   WireRest();
@@ -155,6 +154,7 @@ void qKerfPlanningPage::MakeRecoveryBar() {
   recovery_bar_->setObjectName("recoveryBar");
   recovery_bar_->setProperty("role", "panel");
   recovery_text_ = new QLabel;
+  recovery_text_->setObjectName("recoveryText");
   auto* recover = new QPushButton(tr("Recover the work"));
   recover->setObjectName("recoverButton");
   recover->setProperty("primary", true);
@@ -165,8 +165,7 @@ void qKerfPlanningPage::MakeRecoveryBar() {
   row->addWidget(recovery_text_, 1);
   row->addWidget(recover);
   row->addWidget(discard);
-  QString text;
-  recovery_bar_->setVisible(recovery_->HasLeftWork(&text));
+  ShowLeftWork();
   // After the work was read its CT is opened: only then, or where reading failed, may it be tried
   // again.
   connect(&host_->Jobs(), &qKerfJobRunner::Finished, recovery_bar_,
@@ -174,12 +173,17 @@ void qKerfPlanningPage::MakeRecoveryBar() {
             if (title != PlanningJobs::RecoverTitle() || !sentence.isEmpty() || cancelled)
               recovery_bar_->setEnabled(true);
           });
-  recovery_text_->setText(text);
   connect(recover, &QPushButton::clicked, this, &qKerfPlanningPage::Recover);
   connect(discard, &QPushButton::clicked, this, [this] {
-    recovery_->Forget();
-    recovery_bar_->hide();
+    recovery_->Discard();
+    ShowLeftWork();
   });
+}
+
+void qKerfPlanningPage::ShowLeftWork() {
+  QString text;
+  recovery_bar_->setVisible(recovery_->HasLeftWork(&text));
+  recovery_text_->setText(text);
 }
 
 void qKerfPlanningPage::Listen(PlanningChange change) {
@@ -199,8 +203,11 @@ void qKerfPlanningPage::Listen(PlanningChange change) {
     case PlanningChange::Landmarks:
       views_->ShowMarkers();
       break;
-    case PlanningChange::Model:
     case PlanningChange::Plan:
+      views_->ShowMarkers();
+      ShowModel();
+      break;
+    case PlanningChange::Model:
       ShowModel();
       break;
     default:
@@ -242,7 +249,10 @@ void qKerfPlanningPage::StepChosen(int step) {
   if (session_->Model()) ShowModel();
 }
 
-void qKerfPlanningPage::OpenCt(const QString& path) { jobs_->Open(path, {}); }
+void qKerfPlanningPage::OpenCt(const QString& path) {
+  host_->ShowModule("planning");
+  jobs_->Open(path, {});
+}
 
 bool qKerfPlanningPage::OpenCase(const QString& folder) {
   // The case that was just saved here is open already.
@@ -255,34 +265,29 @@ bool qKerfPlanningPage::OpenCase(const QString& folder) {
 
 void qKerfPlanningPage::Recover() {
   recovery_bar_->setEnabled(false);  // once is enough, until the job of opening the CT is over, too
-  jobs_->Recover(recovery_->File(), [this] {
-    recovery_bar_->hide();
+  jobs_->Recover(recovery_->LeftFile(), [this] {
+    recovery_->Recovered();
+    ShowLeftWork();
     steps_->SetCurrent(static_cast<int>(PlanningStep::Segment));
     host_->Say(qKerfHost::Info, tr("The work is back. Make the mesh again (step 3)."));
   });
 }
 
+bool qKerfPlanningPage::MayDropWork(const QString& question) {
+  if (!session_->IsDirty()) return true;
+  const QString changes = tr("The planning has changes that no case holds.");
+  const auto answer =
+      QMessageBox::question(this, tr("Unsaved work"), changes + ' ' + question,
+                            QMessageBox::Discard | QMessageBox::Cancel, QMessageBox::Cancel);
+  return answer == QMessageBox::Discard;
+}
+
+bool qKerfPlanningPage::CanLeaveCase() {
+  return MayDropWork(tr("Open the case without saving them?"));
+}
+
 bool qKerfPlanningPage::CanClose() {
-  if (!session_->IsDirty()) {
-    recovery_->Forget();
-    return true;
-  }
-  const auto answer = QMessageBox::question(
-      this, tr("Unsaved work"),
-      tr("The planning has changes that no case holds. Close without saving?"),
-      QMessageBox::Discard | QMessageBox::Cancel, QMessageBox::Cancel);
-  if (answer != QMessageBox::Discard) return false;
+  if (!MayDropWork(tr("Close without saving them?"))) return false;
   recovery_->Forget();
   return true;
-}
-
-void qKerfPlanningPage::dragEnterEvent(QDragEnterEvent* event) {
-  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
-}
-
-void qKerfPlanningPage::dropEvent(QDropEvent* event) {
-  const QList<QUrl> urls = event->mimeData()->urls();
-  if (urls.isEmpty() || !urls[0].isLocalFile()) return;
-  event->acceptProposedAction();
-  OpenCt(urls[0].toLocalFile());
 }

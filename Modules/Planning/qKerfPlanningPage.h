@@ -32,19 +32,17 @@ class qKerfPlanningPage : public QWidget {
   ~qKerfPlanningPage() override;
 
   bool OpenCase(const QString& folder);
+  bool CanLeaveCase();
   bool CanClose();
-  /// As the Open buttons and a drop do.
-  Q_INVOKABLE void OpenCt(const QString& path);
+  /// As the Open buttons do; the page comes to the front.
+  void OpenCt(const QString& path);
   kerf::PlanningSession& Session() { return *session_; }
-
- protected:
-  void dragEnterEvent(QDragEnterEvent* event) override;
-  void dropEvent(QDropEvent* event) override;
 
  private:
   void MakeLayout();
   QWidget* MakeViewBar();
   void MakeRecoveryBar();
+  void ShowLeftWork();
   void WireImport();
   void WireSegment();
   void WireRest();
@@ -54,8 +52,8 @@ class qKerfPlanningPage : public QWidget {
   void ShowModel();
   void StepChosen(int step);
   void Recover();
-  void OpenCamera(const QString& path);
-  void ReadLandmarkFile(const QString& path);
+  /// Asks where work would be lost.
+  bool MayDropWork(const QString& question);
 
   qKerfHost* host_;
   std::unique_ptr<kerf::PlanningSession> session_;

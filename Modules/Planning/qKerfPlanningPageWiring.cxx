@@ -2,10 +2,8 @@
 #include <QAction>
 #include <functional>
 
-#include "Adapters/OpenCv/CameraFile.h"
 #include "Common/qKerfPaths.h"
 #include "Framework/qKerfHost.h"
-#include "Pipelines/PlanPipeline.h"
 #include "Planning/qKerfCameraPanel.h"
 #include "Planning/qKerfImportPanel.h"
 #include "Planning/qKerfMeshPanel.h"
@@ -159,9 +157,8 @@ void qKerfPlanningPage::WireRest() {
     jobs_->Measure();
   });
   connect(plan_, &qKerfPlanPanel::ColorsToggled, this, &qKerfPlanningPage::ShowModel);
-  connect(camera_, &qKerfCameraPanel::CameraWanted, this, &qKerfPlanningPage::OpenCamera);
-  connect(camera_, &qKerfCameraPanel::ReadLandmarksWanted, this,
-          &qKerfPlanningPage::ReadLandmarkFile);
+  connect(camera_, &qKerfCameraPanel::CameraWanted, jobs_, &PlanningJobs::OpenCamera);
+  connect(camera_, &qKerfCameraPanel::ReadLandmarksWanted, jobs_, &PlanningJobs::ReadLandmarks);
   connect(camera_, &qKerfCameraPanel::PlacingToggled, this,
           [this](bool on) { views_->Scene()->SetPicking(on); });
   connect(camera_, &qKerfCameraPanel::RenameWanted, this,
@@ -212,31 +209,4 @@ void qKerfPlanningPage::MakeShortcuts() {
     else
       jobs_->Save(save_->Folder(), views_->Scene()->Picture());
   });
-}
-
-void qKerfPlanningPage::OpenCamera(const QString& path) {
-  try {
-    const std::string file = path.toStdString();
-    session_->SetCamera(kerf::CameraFileHasPose(file) ? kerf::ReadCameraFile(file)
-                                                      : kerf::ReadCameraIntrinsics(file),
-                        file);
-    host_->Say(qKerfHost::Info, {});
-  } catch (const std::exception& error) {
-    host_->Say(qKerfHost::Problem, tr("This camera file cannot be used: %1. Choose the camera.yml "
-                                      "that kerf calibrate wrote.")
-                                       .arg(QString::fromStdString(error.what())));
-  }
-}
-
-void qKerfPlanningPage::ReadLandmarkFile(const QString& path) {
-  try {
-    session_->SetLandmarks(kerf::ReadCaseLandmarks(path.toStdString()));
-    host_->Say(qKerfHost::Info, {});
-  } catch (const std::exception& error) {
-    host_->Say(
-        qKerfHost::Problem,
-        tr("These landmarks cannot be read: %1. Choose a Slicer markups file (.mrk.json), or "
-           "place them on the organ.")
-            .arg(QString::fromStdString(error.what())));
-  }
 }

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <signal.h>
 #include <time.h>
 
 #include <QApplication>
 #include <QElapsedTimer>
 #include <QEvent>
 #include <QMetaEnum>
+#include <QThread>
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -21,7 +23,9 @@ class MeteredApplication : public QApplication {
  public:
   static constexpr double kNoted_ms = 100, kNotedProcessor_ms = 50;
 
-  using QApplication::QApplication;
+  MeteredApplication(int& argc, char** argv) : QApplication(argc, argv) {
+    signal(SIGCONT, [](int) { Continued() = 1; });
+  }
   ~MeteredApplication() override {
     std::sort(slow_.begin(), slow_.end(),
               [](const Slow& a, const Slow& b) { return a.cpu_ms > b.cpu_ms; });
@@ -34,19 +38,26 @@ class MeteredApplication : public QApplication {
   static void Doing(const std::string& what) { Now() = what.empty() ? what : " while " + what; }
 
   bool notify(QObject* receiver, QEvent* event) override {
-    if (depth_ > 0) return QApplication::notify(receiver, event);
+    // Inside another event, unless that one has opened a dialog with a loop of its own.
+    if (running_ && running_->loop == thread()->loopLevel())
+      return QApplication::notify(receiver, event);
+    Running now;
+    now.outer = running_;
+    now.loop = thread()->loopLevel();
+    if (running_) running_->Leave();
+    running_ = &now;
     const std::string what = Name(receiver) + ", " + Kind(event);
-    const std::string during = Now();
-    QElapsedTimer clock;
-    clock.start();
-    const double cpu_before = Processor_ms();
-    ++depth_;
+    std::string during = Now();
+    Continued() = 0;
+    now.Go();
     const bool done = QApplication::notify(receiver, event);
-    --depth_;
-    const double ms = 1e-6 * static_cast<double>(clock.nsecsElapsed());
-    const double cpu_ms = Processor_ms() - cpu_before;
-    if (ms >= kNoted_ms || cpu_ms >= kNotedProcessor_ms)
-      slow_.push_back({ms, cpu_ms, what, during});
+    now.Pause();
+    running_ = now.outer;
+    // Somebody held the whole process: a pause that no code of it knows of.
+    if (Continued()) during += ", when the process was stopped from outside";
+    if (now.ms >= kNoted_ms || now.cpu_ms >= kNotedProcessor_ms)
+      slow_.push_back({now.ms, now.cpu_ms, what, during});
+    if (running_) running_->Go();
     return done;
   }
 
@@ -55,6 +66,34 @@ class MeteredApplication : public QApplication {
     double ms, cpu_ms;
     std::string what, during;
   };
+  /// An event that is being handled. The time in which a dialog that it opened handles others, or
+  /// waits for them, is not its own.
+  struct Running {
+    Running* outer = nullptr;
+    int loop = 0;
+    double ms = 0, cpu_ms = 0;
+    QElapsedTimer clock;
+    double cpu_before = 0;
+    bool dialog = false;
+    void Leave() {
+      dialog ? clock.invalidate() : Pause();
+      dialog = true;
+    }
+    void Go() {
+      clock.start();
+      cpu_before = Processor_ms();
+    }
+    void Pause() {
+      if (!clock.isValid()) return;
+      ms += 1e-6 * static_cast<double>(clock.nsecsElapsed());
+      cpu_ms += Processor_ms() - cpu_before;
+      clock.invalidate();
+    }
+  };
+  static volatile sig_atomic_t& Continued() {
+    static volatile sig_atomic_t continued = 0;
+    return continued;
+  }
   static std::string& Now() {
     static std::string now;
     return now;
@@ -74,7 +113,7 @@ class MeteredApplication : public QApplication {
     return name;
   }
 
-  int depth_ = 0;
+  Running* running_ = nullptr;
   std::vector<Slow> slow_;
 };
 

@@ -36,6 +36,15 @@ QHBoxLayout* Row(std::initializer_list<QWidget*> parts, int stretched = -1) {
   return row;
 }
 
+/// The label's colour, in a selected row too.
+QIcon Swatch(const QColor& color) {
+  QPixmap pixmap(16, 16);
+  pixmap.fill(color);
+  QIcon icon(pixmap);
+  icon.addPixmap(pixmap, QIcon::Selected);
+  return icon;
+}
+
 QPushButton* Compact(const QString& text, const QString& object_name) {
   QPushButton* button = Button(text, object_name);
   button->setProperty("compact", true);
@@ -110,8 +119,8 @@ void qKerfSegmentPanel::MakeLabelList(QVBoxLayout* column) {
     if (!filling_ && item->column() == 0)
       emit VisibilityChanged(item->row() + 1, item->checkState() == Qt::Checked);
   });
-  connect(labels_, &QTableWidget::itemDoubleClicked, this, [this](QTableWidgetItem* item) {
-    const QColor now = labels_->item(item->row(), 0)->data(Qt::DecorationRole).value<QColor>();
+  connect(labels_, &QTableWidget::itemActivated, this, [this](QTableWidgetItem* item) {
+    const QColor now = labels_->item(item->row(), 0)->data(Qt::UserRole).value<QColor>();
     const QColor color = QColorDialog::getColor(now, this, tr("Colour"));
     if (color.isValid()) emit ColorChanged(item->row() + 1, color);
   });
@@ -310,8 +319,10 @@ void qKerfSegmentPanel::Show(const kerf::PlanningSession& session) {
     QTableWidgetItem* eye = labels_->item(i, 0);
     eye->setFlags(Qt::ItemIsEnabled | Qt::ItemIsSelectable | Qt::ItemIsUserCheckable);
     eye->setCheckState(info.visible ? Qt::Checked : Qt::Unchecked);
-    eye->setData(Qt::DecorationRole, QColor(info.color[0], info.color[1], info.color[2]));
-    eye->setToolTip(tr("Shown or not; double click for the colour"));
+    const QColor color(info.color[0], info.color[1], info.color[2]);
+    eye->setData(Qt::UserRole, color);
+    eye->setIcon(Swatch(color));
+    eye->setToolTip(tr("Shown or not (Space); double click or Enter for the colour"));
     labels_->item(i, 1)->setText(QString::fromStdString(info.title));
     labels_->item(i, 2)->setText(
         session.Ct() ? tr("%1 ml").arg(session.Labels().Volume_ml(info.value), 0, 'f', 1)

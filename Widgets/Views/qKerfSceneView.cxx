@@ -19,8 +19,6 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
-#include <QEvent>
-#include <QMouseEvent>
 #include <QTimer>
 #include <QVBoxLayout>
 #include <algorithm>
@@ -29,6 +27,7 @@
 #include <set>
 
 #include "Common/qKerfTheme.h"
+#include "Views/SceneInput.h"
 #include "Views/SceneProps.h"
 
 struct qKerfSceneView::Impl {
@@ -43,8 +42,8 @@ struct qKerfSceneView::Impl {
   vtkNew<vtkLightKit> lights;
   std::map<std::string, std::vector<vtkSmartPointer<vtkProp>>> props;
   std::string with_bar;
-  bool picking = false, waiting = false, framed = false;
-  QPoint pressed;
+  SceneInput* input = nullptr;
+  bool waiting = false, framed = false;
   int furniture = 0;  ///< shown so far of: the hint, the cube
   bool bar_drawn = false;
   std::set<std::string> drawn;     ///< names that were drawn once
@@ -102,7 +101,14 @@ qKerfSceneView::qKerfSceneView(QWidget* parent) : QWidget(parent), impl_(new Imp
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(0, 0, 0, 0);
   column->addWidget(impl_->widget);
-  impl_->widget->installEventFilter(this);
+  impl_->widget->setAcceptDrops(false);  // files are for the window
+  impl_->input = new SceneInput(impl_->widget, impl_->renderer, this);
+  connect(impl_->input, &SceneInput::Picked, this, &qKerfSceneView::Picked);
+  connect(impl_->input, &SceneInput::Pressed, this, &qKerfSceneView::Pressed);
+  connect(impl_->input, &SceneInput::Dragged, this, &qKerfSceneView::Dragged);
+  connect(impl_->input, &SceneInput::WholePageWanted, this, &qKerfSceneView::WholePageWanted);
+  connect(impl_->input, &SceneInput::FitWanted, this, &qKerfSceneView::ResetCamera);
+  connect(impl_->input, &SceneInput::Turned, this, &qKerfSceneView::Render);
   impl_->widget->hide();
   vtkNew<vtkInteractorStyleTrackballCamera> style;
   impl_->window->GetInteractor()->SetInteractorStyle(style);
@@ -262,14 +268,6 @@ void qKerfSceneView::Remove(const std::string& name) {
   Render();
 }
 
-void qKerfSceneView::SetOpacity(const std::string& name, double opacity) {
-  const auto found = impl_->props.find(name);
-  if (found == impl_->props.end()) return;
-  for (const auto& prop : found->second)
-    if (auto* actor = vtkActor::SafeDownCast(prop)) actor->GetProperty()->SetOpacity(opacity);
-  Render();
-}
-
 void qKerfSceneView::Clear() {
   while (!impl_->props.empty()) Remove(std::string(impl_->props.begin()->first));
   impl_->framed = false;
@@ -277,10 +275,7 @@ void qKerfSceneView::Clear() {
 
 int qKerfSceneView::Count() const { return static_cast<int>(impl_->props.size()); }
 
-void qKerfSceneView::SetPicking(bool picking) {
-  impl_->picking = picking;
-  impl_->widget->setCursor(picking ? Qt::CrossCursor : Qt::ArrowCursor);
-}
+void qKerfSceneView::SetPicking(bool picking) { impl_->input->SetPicking(picking); }
 
 void qKerfSceneView::LookFrom(char from) {
   double eye[3] = {0, 0, 0}, up[3] = {0, 0, 1};
@@ -327,41 +322,11 @@ kerf::Vec3 qKerfSceneView::ViewDirection() const {
 }
 
 QPointF qKerfSceneView::WidgetFromWorld(const kerf::Vec3& world_mm) const {
-  impl_->renderer->SetWorldPoint(world_mm[0], world_mm[1], world_mm[2], 1);
-  impl_->renderer->WorldToDisplay();
-  const double* p = impl_->renderer->GetDisplayPoint();
-  const double ratio = impl_->widget->devicePixelRatioF();
-  return {p[0] / ratio, impl_->widget->height() - 1 - p[1] / ratio};
+  return impl_->input->WidgetFromWorld(world_mm);
 }
 
 QImage qKerfSceneView::Picture() {
   while (impl_->ShowOneMore()) {
   }
   return impl_->widget->grabFramebuffer();
-}
-
-bool qKerfSceneView::eventFilter(QObject* watched, QEvent* event) {
-  if (event->type() == QEvent::MouseButtonDblClick && !impl_->picking) {
-    emit WholePageWanted();
-    return true;
-  }
-  if (!impl_->picking) return QWidget::eventFilter(watched, event);
-  auto* mouse = static_cast<QMouseEvent*>(event);
-  if (event->type() == QEvent::MouseButtonPress && mouse->button() == Qt::LeftButton)
-    impl_->pressed = mouse->pos();
-  if (event->type() == QEvent::MouseButtonRelease && mouse->button() == Qt::LeftButton &&
-      (mouse->pos() - impl_->pressed).manhattanLength() < 4) {
-    const double ratio = impl_->widget->devicePixelRatioF();
-    const double x = mouse->pos().x() * ratio,
-                 y = (impl_->widget->height() - 1 - mouse->pos().y()) * ratio;
-    kerf::Vec3 ends[2];
-    for (int e = 0; e < 2; ++e) {
-      impl_->renderer->SetDisplayPoint(x, y, e);
-      impl_->renderer->DisplayToWorld();
-      const double* w = impl_->renderer->GetWorldPoint();
-      ends[e] = kerf::Vec3(w[0], w[1], w[2]) / w[3];
-    }
-    emit Picked(ends[0], (ends[1] - ends[0]).normalized());
-  }
-  return QWidget::eventFilter(watched, event);
 }

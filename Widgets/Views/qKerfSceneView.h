@@ -34,7 +34,6 @@ class qKerfSceneView : public QWidget {
   void SetIsoline(const std::string& name, const kerf::SurfaceMesh& surface,
                   const std::vector<double>& values, double value, const QColor& color);
   void Remove(const std::string& name);
-  void SetOpacity(const std::string& name, double opacity);
   void Clear();
 
   void SetPicking(bool picking);
@@ -53,11 +52,13 @@ class qKerfSceneView : public QWidget {
   int Count() const;
 
  signals:
+  /// See SceneInput.
   void Picked(const kerf::Vec3& origin_mm, const kerf::Vec3& direction);
+  void Pressed(const QPointF& at, bool* taken);
+  void Dragged(const kerf::Vec3& origin_mm, const kerf::Vec3& direction, bool over);
   void WholePageWanted();
 
  protected:
-  bool eventFilter(QObject* watched, QEvent* event) override;
   void showEvent(QShowEvent* event) override;
 
  private:

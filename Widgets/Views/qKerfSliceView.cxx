@@ -244,6 +244,31 @@ void qKerfSliceView::MoveCrosshair(const QPointF& widget) {
   emit CrosshairMoved(crosshair_mm_);
 }
 
+void qKerfSliceView::StepCrosshair(int right, int down) {
+  if (!HasImage()) return;
+  kerf::Vec3 pixel = frame_.PixelOf(ct_->grid.IndexFromWorld(crosshair_mm_));
+  pixel[0] = std::clamp(pixel[0] + right, 0.0, frame_.columns - 1.0);
+  pixel[1] = std::clamp(pixel[1] + down, 0.0, frame_.rows - 1.0);
+  crosshair_mm_ = ct_->grid.WorldFromIndex(frame_.IndexOf(pixel[0], pixel[1], pixel[2]));
+  update();
+  emit CrosshairMoved(crosshair_mm_);
+}
+
+void qKerfSliceView::UseToolAtCrosshair() {
+  if (!HasImage()) return;
+  if (!tool_) {
+    emit SpotChosen(crosshair_mm_);
+    return;
+  }
+  emit ToolPressed(ct_->grid.IndexFromWorld(crosshair_mm_));
+  emit ToolReleased();
+}
+
+void qKerfSliceView::Zoom(int steps) {
+  zoom_ = std::clamp(zoom_ * std::pow(1.15, steps), 0.5, 20.0);
+  update();
+}
+
 void qKerfSliceView::mousePressEvent(QMouseEvent* event) {
   last_ = event->localPos();
   if (!HasImage() || event->button() != Qt::LeftButton) return;
@@ -291,8 +316,7 @@ void qKerfSliceView::wheelEvent(QWheelEvent* event) {
   const int steps = event->angleDelta().y() / 120;
   const int direction = steps != 0 ? steps : (event->angleDelta().y() > 0 ? 1 : -1);
   if (event->modifiers() & Qt::ControlModifier) {
-    zoom_ = std::clamp(zoom_ * std::pow(1.15, direction), 0.5, 20.0);
-    update();
+    Zoom(direction);
   } else {
     SetSlice(slice_ + direction);
   }
@@ -300,7 +324,14 @@ void qKerfSliceView::wheelEvent(QWheelEvent* event) {
 }
 
 void qKerfSliceView::keyPressEvent(QKeyEvent* event) {
-  switch (event->key()) {
+  const int key = event->key();
+  if (event->modifiers() & Qt::ControlModifier && key >= Qt::Key_Left && key <= Qt::Key_Down) {
+    const int by = event->modifiers() & Qt::ShiftModifier ? 10 : 1;
+    StepCrosshair(by * ((key == Qt::Key_Right) - (key == Qt::Key_Left)),
+                  by * ((key == Qt::Key_Down) - (key == Qt::Key_Up)));
+    return;
+  }
+  switch (key) {
     case Qt::Key_Up:
       SetSlice(slice_ + 1);
       break;
@@ -312,6 +343,16 @@ void qKerfSliceView::keyPressEvent(QKeyEvent* event) {
       break;
     case Qt::Key_PageDown:
       SetSlice(slice_ - 10);
+      break;
+    case Qt::Key_Plus:
+    case Qt::Key_Equal:
+      Zoom(1);
+      break;
+    case Qt::Key_Minus:
+      Zoom(-1);
+      break;
+    case Qt::Key_Space:
+      UseToolAtCrosshair();
       break;
     case Qt::Key_Home:
       FitToWindow();

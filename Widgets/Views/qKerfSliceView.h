@@ -8,9 +8,10 @@
 #include "Session/PlanningSlice.h"
 
 /// One slice of a CT with label outlines, crosshair, orientation letters and markers.
-/// Wheel, arrow and page keys scroll; Ctrl+wheel zooms; the middle button moves; the right button
-/// sets window (left–right) and level (up–down); the left button moves the crosshair or, with a
-/// tool, is handed on; a double click asks for the whole page.
+/// Wheel, arrow and page keys scroll; Ctrl+wheel, + and − zoom; the middle button moves; the right
+/// button sets window (left–right) and level (up–down); the left button and Ctrl+arrows move the
+/// crosshair (with Shift by ten); with a tool the left button, or Space at the crosshair, is handed
+/// on; a double click asks for the whole page.
 class qKerfSliceView : public QWidget {
   Q_OBJECT
  public:
@@ -50,6 +51,8 @@ class qKerfSliceView : public QWidget {
   void ToolPressed(const kerf::Vec3& index);
   void ToolMoved(const kerf::Vec3& index);
   void ToolReleased();
+  /// Space without a tool: the crosshair's place is meant.
+  void SpotChosen(const kerf::Vec3& position_mm);
   void WholePageWanted();
 
  protected:
@@ -69,6 +72,10 @@ class qKerfSliceView : public QWidget {
   QRectF ImageRect() const;
   kerf::Vec3 WorldAt(const QPointF& widget) const;
   void MoveCrosshair(const QPointF& widget);
+  /// By pixels of the slice, to the right and down.
+  void StepCrosshair(int right, int down);
+  void UseToolAtCrosshair();
+  void Zoom(int steps);
   void RenderImage();
   void PaintOverlay(QPainter& painter);
 

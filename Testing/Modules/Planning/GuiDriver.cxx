@@ -9,6 +9,7 @@
 #include <QLabel>
 #include <QLineEdit>
 #include <QMimeData>
+#include <QRegularExpression>
 #include <QSurfaceFormat>
 #include <QTableWidget>
 #include <QTimer>
@@ -60,6 +61,12 @@ double GuiDriver::Volume_ml(int row) const {
       .toDouble();
 }
 
+double GuiDriver::Measure(const QString& name) const {
+  const auto found = QRegularExpression(QRegularExpression::escape(name) + "&nbsp;.*?<b>([-0-9.]+)")
+                         .match(Text("measures"));
+  return found.hasMatch() ? found.captured(1).toDouble() : -1.0;
+}
+
 int GuiDriver::State(int step) const {
   return Find(QStringLiteral("step%1").arg(step))->property("state").toInt();
 }
@@ -69,11 +76,10 @@ void GuiDriver::Step(int step) const { Click(QStringLiteral("step%1").arg(step))
 void GuiDriver::Drop(const QString& path) const {
   QMimeData mime;
   mime.setUrls({QUrl::fromLocalFile(path)});
-  QWidget* page = Find("planningPage");
   QDragEnterEvent enter(QPoint(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, Qt::NoModifier);
-  QApplication::sendEvent(page, &enter);
+  QApplication::sendEvent(window_.get(), &enter);
   QDropEvent drop(QPointF(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, Qt::NoModifier);
-  QApplication::sendEvent(page, &drop);
+  QApplication::sendEvent(window_.get(), &drop);
 }
 
 bool GuiDriver::Idle(int timeout_ms) const {

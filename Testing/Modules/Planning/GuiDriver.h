@@ -25,9 +25,11 @@ class GuiDriver {
   QString Text(const QString& label) const;
   QString Message() const;          ///< of the message bar; empty when it is closed
   double Volume_ml(int row) const;  ///< as the label list says
-  int State(int step) const;        ///< 0 to do, 1 done, 2 problem
+  /// A figure of the plan's table; −1 where it is not there.
+  double Measure(const QString& name) const;
+  int State(int step) const;  ///< 0 to do, 1 done, 2 problem
   void Step(int step) const;
-  /// Drops a path onto the page, as from a file manager.
+  /// Drops a path onto the window, as from a file manager.
   void Drop(const QString& path) const;
   /// Waits until no job runs. @return false after the timeout
   bool Idle(int timeout_ms = 60000) const;

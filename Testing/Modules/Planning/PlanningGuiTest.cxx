@@ -8,13 +8,9 @@
 #include <QFile>
 #include <QLineEdit>
 #include <QListWidget>
-#include <QRegularExpression>
 #include <QScrollArea>
 #include <QScrollBar>
 #include <QSlider>
-#include <QSpinBox>
-#include <QStatusBar>
-#include <QToolButton>
 
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
@@ -33,7 +29,8 @@ constexpr int kToDo = 0, kDone = 1, kProblem = 2;
 
 }  // namespace
 
-/// The whole way from a CT to a case, with real events, on a small phantom.
+/// The whole way from a CT to a case, with real events: on a small CT of known geometry
+/// and on a whole abdomen.
 class PlanningGuiTest : public QObject {
   Q_OBJECT
  private slots:
@@ -41,8 +38,6 @@ class PlanningGuiTest : public QObject {
   void init();
   void cleanup();
   void StartsEmptyAndSaysWhatToDo();
-  void BadInputsAreSentences();
-  void EachStepAnswersBadInput();
   void CancelLeavesTheLabelsAlone();
   void FromCtToCase();
   void LiverOfAWholeAbdomen();
@@ -50,8 +45,6 @@ class PlanningGuiTest : public QObject {
 
  private:
   QString Path(const QString& name) const { return folder_->filePath(name); }
-  /// A figure of the plan's table; −1 where it is not there.
-  double Measure(const QString& name) const;
   /// Steps 5 and 6. @param places in fractions of the 3-D view, all on the organ
   void PlaceCameraAndLandmarks(const QVector<QPointF>& places);
   void Save();
@@ -96,134 +89,6 @@ void PlanningGuiTest::StartsEmptyAndSaysWhatToDo() {
         QVERIFY2(own.action->shortcut() != other.action->shortcut(), qPrintable(other.id));
 }
 
-void PlanningGuiTest::BadInputsAreSentences() {
-  QFile text(Path("letter.nii"));
-  QVERIFY(text.open(QIODevice::WriteOnly));
-  text.write("Dear colleague");
-  text.close();
-  gui_->Drop(Path("letter.nii"));
-  QVERIFY(gui_->Idle());
-  QVERIFY2(gui_->Message().contains("letter.nii"), qPrintable(gui_->Message()));
-  QCOMPARE(gui_->State(0), kToDo);
-  gui_->Drop(Path("missing.nrrd"));
-  QVERIFY(gui_->Idle());
-  QVERIFY2(gui_->Message().contains("missing.nrrd"), qPrintable(gui_->Message()));
-  // A camera file that is none: the CT stays, the sentence says what to choose.
-  gui_->Drop(ct_);
-  QVERIFY(gui_->Idle());
-  QCOMPARE(gui_->State(0), kDone);
-  gui_->Step(4);
-  gui_->ChooseFile("openCameraButton", Path("letter.nii"));
-  QVERIFY2(gui_->Message().contains("camera.yml"), qPrintable(gui_->Message()));
-  gui_->Step(1);
-  gui_->ChooseFile("importLabelsButton", Path("letter.nii"));
-  QVERIFY(gui_->Idle());
-  QVERIFY2(gui_->Message().contains("letter.nii"), qPrintable(gui_->Message()));
-  // Seeds nowhere and nothing to find: a kidney in nothing but fat.
-  kerf::Volume fat = kerf::testing::SmallCt();
-  auto voxels = std::make_shared<std::vector<std::int16_t>>(*fat.voxels);
-  for (std::int16_t& v : *voxels) v = std::min<std::int16_t>(v, -80);
-  fat.voxels = voxels;
-  kerf::WriteVolume(Path("fat.nrrd").toStdString(), fat);
-  gui_->Drop(Path("fat.nrrd"));
-  QVERIFY(gui_->Idle());
-  gui_->Click("segmentButton");
-  QVERIFY(gui_->Idle());
-  QVERIFY(!gui_->Message().isEmpty());
-  QCOMPARE(gui_->Volume_ml(0), 0.0);
-}
-
-void PlanningGuiTest::EachStepAnswersBadInput() {
-  // What went wrong, then what to do; one line, without addresses and calls of libraries.
-  const auto answers = [this](const QString& what_was_wrong, const QString& what_to_do) {
-    QVERIFY(gui_->Idle());
-    const QString said = gui_->Message();
-    QVERIFY2(said.contains(what_was_wrong) && said.contains(what_to_do), qPrintable(said));
-    QVERIFY2(!said.contains('\n') && !said.contains("0x"), qPrintable(said));
-  };
-  const auto write = [this](const QString& name, const QByteArray& text) {
-    QFile file(Path(name));
-    file.open(QIODevice::WriteOnly);
-    file.write(text);
-    return Path(name);
-  };
-  const auto status = [this] { return gui_->Window()->statusBar()->currentMessage(); };
-
-  // 1 Import
-  QDir().mkpath(Path("empty"));
-  gui_->Drop(Path("empty"));
-  answers("the folder is empty", "Open a CT as");
-  gui_->Drop(write("letter.txt", "Dear colleague"));
-  answers("unknown image format", "Open a CT as");
-  QFile whole(ct_);
-  QVERIFY(whole.open(QIODevice::ReadOnly));
-  gui_->Drop(write("cut-off.nrrd", whole.read(2000)));
-  answers("expected", "export it again");
-  for (const char* name : {"meshButton", "measureButton", "placeLandmarksButton", "saveButton"})
-    QVERIFY2(!gui_->Find(name)->isEnabled(), name);
-  gui_->Drop(ct_);
-  QVERIFY(gui_->Idle());
-  QVERIFY2(gui_->Message().isEmpty(), qPrintable(gui_->Message()));
-
-  // 2 Segment
-  gui_->Step(1);
-  gui_->Click("toolSeed");
-  gui_->ClickAt("sliceAxial", 0.5, 0.01);
-  QVERIFY2(status().contains("no CT under the pointer"), qPrintable(status()));
-  gui_->ClickAt("sliceAxial", 0.5, 0.5);
-  gui_->Click("segmentButton");
-  answers("Seeds need to know the organ", "choose the preset");
-  gui_->Click("clearSeedsButton");
-  gui_->Click("evolveButton");
-  answers("label is empty", "paint or grow a start");
-  qobject_cast<QSpinBox*>(gui_->Find("thresholdLow"))->setValue(500);
-  gui_->Click("thresholdButton");
-  answers("lies above", "exchange them");
-  gui_->ChooseFile("importLabelsButton", ct_);
-  answers("labels are integers", "Choose a label map");
-  // What was wrong does not stand over what goes well.
-  qobject_cast<QSpinBox*>(gui_->Find("thresholdLow"))->setValue(100);
-  gui_->Click("thresholdButton");
-  QVERIFY(gui_->Idle());
-  QVERIFY2(gui_->Message().isEmpty(), qPrintable(gui_->Message()));
-
-  // 3 Mesh, 4 Plan: a line of one point cannot be measured, a click beside the organ says so
-  gui_->Step(2);
-  qobject_cast<QSlider*>(gui_->Find("tetrahedraSlider"))->setValue(10);
-  gui_->Click("meshButton");
-  QVERIFY(gui_->Idle());
-  gui_->Step(3);
-  gui_->Click("drawLineButton");
-  gui_->ClickAt("sceneCanvas", 0.03, 0.03);
-  QVERIFY2(status().contains("no organ under the pointer"), qPrintable(status()));
-  gui_->ClickAt("sceneCanvas", 0.5, 0.5);
-  QTRY_VERIFY(gui_->Text("lineText").contains("1 point"));
-  QVERIFY(!gui_->Find("measureButton")->isEnabled());
-
-  // 5 Camera and landmarks
-  gui_->Step(4);
-  gui_->ChooseFile("openCameraButton", ct_);
-  answers("cannot be used", "Choose the camera.yml");
-  gui_->ChooseFile("openCameraButton", write("half.yml", "%YAML:1.0\n---\nimage_width: 960\n"));
-  answers("is missing", "Choose the camera.yml");
-  gui_->ChooseFile("readLandmarksButton", camera_);
-  answers("is no JSON", ".mrk.json");
-
-  // 6 Save
-  gui_->Step(5);
-  auto* folder = qobject_cast<QLineEdit*>(gui_->Find("caseFolderEdit"));
-  for (const auto& [path, wrong] : {std::pair(Path("letter.txt"), "is a file"),
-                                    {folder_->path(), "holds other files"},
-                                    {QString("/proc/nowhere/case"), "cannot be written"}}) {
-    folder->clear();
-    QTest::keyClicks(folder, path);
-    gui_->Click("saveButton");
-    answers(wrong, "Choose another folder");
-  }
-  folder->clear();
-  QVERIFY(!gui_->Find("saveButton")->isEnabled());
-}
-
 void PlanningGuiTest::CancelLeavesTheLabelsAlone() {
   gui_->Drop(ct_);
   QVERIFY(gui_->Idle());
@@ -241,12 +106,6 @@ void PlanningGuiTest::CancelLeavesTheLabelsAlone() {
   QCOMPARE(gui_->Window()->Host()->Undo().Count(), steps);
   QVERIFY(!gui_->Find("jobCancel")->isVisible());
   QVERIFY(gui_->Message().isEmpty());
-}
-
-double PlanningGuiTest::Measure(const QString& name) const {
-  const auto found = QRegularExpression(QRegularExpression::escape(name) + "&nbsp;.*?<b>([-0-9.]+)")
-                         .match(gui_->Text("measures"));
-  return found.hasMatch() ? found.captured(1).toDouble() : -1.0;
 }
 
 void PlanningGuiTest::PlaceCameraAndLandmarks(const QVector<QPointF>& places) {
@@ -318,10 +177,10 @@ void PlanningGuiTest::FromCtToCase() {
   QVERIFY2(measures.contains("Sheet to tumour"), qPrintable(measures));
   // The organ is an ellipsoid about the line's plane, the tumour's rim lies 9 mm beside it, the
   // vessel crosses it.
-  QVERIFY2(std::abs(Measure("Remnant") - 0.5 * organ) < 0.03 * organ, qPrintable(measures));
-  QVERIFY2(std::abs(Measure("Sheet to tumour") - 9.0) < 2.0, qPrintable(measures));
-  QCOMPARE(Measure("Sheet to vessels, calyces"), 0.0);
-  QCOMPARE(Measure("Tumour left behind"), 0.0);
+  QVERIFY2(std::abs(gui_->Measure("Remnant") - 0.5 * organ) < 0.03 * organ, qPrintable(measures));
+  QVERIFY2(std::abs(gui_->Measure("Sheet to tumour") - 9.0) < 2.0, qPrintable(measures));
+  QCOMPARE(gui_->Measure("Sheet to vessels, calyces"), 0.0);
+  QCOMPARE(gui_->Measure("Tumour left behind"), 0.0);
 
   PlaceCameraAndLandmarks({{0.4, 0.4}, {0.6, 0.4}, {0.4, 0.6}, {0.6, 0.6}});
   AllIsSeen("openCameraButton");
@@ -410,7 +269,7 @@ void PlanningGuiTest::LiverOfAWholeAbdomen() {
   QTest::qWait(50);
   gui_->Click("measureButton");
   QVERIFY(gui_->Idle(120000));
-  const double removed = Measure("Removed"), remnant = Measure("Remnant");
+  const double removed = gui_->Measure("Removed"), remnant = gui_->Measure("Remnant");
   QVERIFY2(removed > 50 && removed < remnant, qPrintable(gui_->Text("measureNote")));
   QVERIFY2(std::abs(removed + remnant - ml) < 0.02 * ml, qPrintable(gui_->Text("measures")));
   PlaceCameraAndLandmarks({{0.35, 0.35}, {0.4, 0.45}, {0.5, 0.35}, {0.6, 0.35}});

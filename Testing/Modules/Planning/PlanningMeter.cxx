@@ -2,7 +2,12 @@
 #include <QApplication>
 #include <QComboBox>
 #include <QDoubleSpinBox>
+#include <QElapsedTimer>
+#include <QMouseEvent>
+#include <QSet>
+#include <QSlider>
 #include <QSpinBox>
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 
@@ -20,11 +25,77 @@ namespace {
 /// Organ of 1.4 l in a CT as large as they come.
 kerf::Volume LargeCt() { return kerf::testing::EllipsoidCt({512, 512, 300}, {0.8, 0.8, 1.0}, 2.6); }
 
+/// How quickly the real window shows what is asked for.
+class Pace : public QObject {
+ public:
+  explicit Pace(const GuiDriver& gui) {
+    for (const char* view : {"sliceAxial", "sliceCoronal", "sliceSagittal"})
+      gui.Find(view)->installEventFilter(this);
+  }
+  /// `act`, then events until this many views have been painted and the window is on the screen.
+  void Measure(const char* what, int views, int times, const std::function<void(int)>& act) {
+    kerf::testing::MeteredApplication::Doing(what);
+    double sum_ms = 0, worst_ms = 0;
+    for (int i = 0; i < times; ++i) {
+      QApplication::processEvents();
+      painted_.clear();
+      QElapsedTimer clock;
+      clock.start();
+      act(i);
+      while (painted_.size() < views && clock.elapsed() < 5000) QApplication::processEvents();
+      const double ms = 1e-6 * static_cast<double>(clock.nsecsElapsed());
+      sum_ms += ms;
+      worst_ms = std::max(worst_ms, ms);
+    }
+    std::printf("%s: %.0f times a second, %.0f ms at worst\n", what, 1000 * times / sum_ms,
+                worst_ms);
+  }
+
+ protected:
+  bool eventFilter(QObject* watched, QEvent* event) override {
+    if (event->type() == QEvent::Paint) painted_.insert(watched);
+    return false;
+  }
+
+ private:
+  QSet<QObject*> painted_;
+};
+
+/// The pace of the views on the CT that is open; the brush paints for as long as it takes.
+void MeasurePace(const GuiDriver& gui) {
+  Pace pace(gui);
+  QWidget* axial = gui.Find("sliceAxial");
+  gui.Click("toolLook");
+  pace.Measure("slices are scrolled", 1, 200,
+               [&](int i) { QTest::keyClick(axial, i / 100 % 2 ? Qt::Key_Down : Qt::Key_Up); });
+  pace.Measure("the crosshair moves, two views follow", 3, 200, [&](int i) {
+    const Qt::Key key = i / 50 % 2 ? Qt::Key_Left : Qt::Key_Right;
+    QTest::keyClick(axial, key, Qt::ControlModifier);
+    QTest::keyClick(axial, i / 50 % 2 ? Qt::Key_Up : Qt::Key_Down, Qt::ControlModifier);
+  });
+  const auto at = [&](double x) {
+    return QPoint(static_cast<int>(x * axial->width()), axial->height() / 2);
+  };
+  gui.Click("toolPaint");
+  for (const char* what : {"a disc of 15 mm paints", "a ball of 15 mm paints"}) {
+    QTest::mousePress(axial, Qt::LeftButton, Qt::NoModifier, at(0.3));
+    pace.Measure(what, 1, 100, [&](int i) {
+      const QPoint p = at(0.3 + 0.004 * i);
+      QMouseEvent move(QEvent::MouseMove, p, axial->mapToGlobal(p), Qt::NoButton, Qt::LeftButton,
+                       Qt::NoModifier);
+      QApplication::sendEvent(axial, &move);
+    });
+    QTest::mouseRelease(axial, Qt::LeftButton, Qt::NoModifier, at(0.7));
+    QTest::keyClick(gui.Window(), Qt::Key_Z, Qt::ControlModifier);
+    gui.Click("sphereCheck");
+  }
+}
+
 }  // namespace
 
 /// Goes through the whole of planning as a person would and prints every event that held the window
-/// up, with what was being done. Not a test: docs/performance.md has its list.
-/// PlanningMeter large|CT
+/// up, with what was being done; then how long work took and how quickly views follow. Not a test:
+/// docs/performance.md has its list. PlanningMeter large|CT
 int main(int argc, char** argv) {
   QTemporaryDir run;
   const auto app = MakeGuiApplication(argc, argv);
@@ -44,29 +115,35 @@ int main(int argc, char** argv) {
   GuiDriver gui(run.path());
   const auto doing = [&](const char* what, const std::function<void()>& act) {
     kerf::testing::MeteredApplication::Doing(what);
+    QElapsedTimer clock;
+    clock.start();
     act();
     gui.Idle(600000);
+    const double work_s = 1e-3 * static_cast<double>(clock.elapsed());
     QTest::qWait(2600);  // the 3-D preview and the autosave follow when the hand rests
     gui.Idle(600000);
-    std::printf("%s: %s\n", what, qPrintable(gui.Text("stepSentence").replace('\n', ' ')));
+    std::printf("%s: %.1f s. %s\n", what, work_s,
+                qPrintable(gui.Text("stepSentence").replace('\n', ' ')));
     if (!gui.Message().isEmpty()) std::printf("  %s\n", qPrintable(gui.Message()));
   };
   const auto press = [&](const char* name) { return [&gui, name] { gui.Click(name); }; };
   const auto undo = [&] { QTest::keyClick(gui.Window(), Qt::Key_Z, Qt::ControlModifier); };
 
   doing("the CT is opened", [&] { gui.Drop(ct); });
-  doing("slices are scrolled", [&] {
-    for (int i = 0; i < 20; ++i) {
-      QTest::keyClick(gui.Find("sliceAxial"), Qt::Key_Up);
-      QTest::qWait(5);
-    }
-  });
   gui.Step(1);
   // Beside the bright tube in the organ's middle.
   gui.Click("toolSeed");
   gui.ClickAt("sliceAxial", 0.55, 0.55);
   qobject_cast<QComboBox*>(gui.Find("presetChoice"))->setCurrentIndex(1);
+  doing("segmenting is cancelled after 2 s", [&] {
+    gui.Click("segmentButton");
+    QTest::qWait(2000);
+    gui.Click("jobCancel");
+  });
   doing("the organ is segmented", press("segmentButton"));
+  qobject_cast<QSlider*>(gui.Find("radiusSlider"))->setValue(15);
+  MeasurePace(gui);
+  qobject_cast<QSlider*>(gui.Find("radiusSlider"))->setValue(5);
   gui.Click("toolErase");
   const auto stroke = [&](double y) { gui.Drag("sliceAxial", 0.45, y, 0.55, y); };
   doing("a stroke is erased", [&] { stroke(0.42); });

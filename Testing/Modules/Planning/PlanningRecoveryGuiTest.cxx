@@ -44,8 +44,11 @@ class PlanningRecoveryGuiTest : public QObject {
   void cleanup() { gui_.reset(); }
   void PaintUndoRedoByKeys();
   void KilledAndRecovered();
+  void WhatComesNextDoesNotTakeItsPlace();
 
  private:
+  /// Another process paints and is killed. @return what it painted, ml; −1 where it was not killed
+  double Killed(const QString& run);
   QString Path(const QString& name) const { return folder_.filePath(name); }
   QTemporaryDir folder_;
   const QString ct_ = Path("ct.nrrd");
@@ -83,17 +86,21 @@ void PlanningRecoveryGuiTest::PaintUndoRedoByKeys() {
   QCOMPARE(undo->text().remove('&'), QString("Undo: place organ seed"));
 }
 
-void PlanningRecoveryGuiTest::KilledAndRecovered() {
-  const QString run = Path("killed");
+double PlanningRecoveryGuiTest::Killed(const QString& run) {
   QDir().mkpath(run);
   QProcess child;
   child.start(QCoreApplication::applicationFilePath(), {kCrash, run, ct_});
-  QVERIFY(child.waitForFinished(60000));
-  QCOMPARE(child.exitStatus(), QProcess::CrashExit);
-  const double painted = child.readAllStandardOutput().trimmed().toDouble();
+  if (!child.waitForFinished(60000) || child.exitStatus() != QProcess::CrashExit) return -1;
+  return child.readAllStandardOutput().trimmed().toDouble();
+}
+
+void PlanningRecoveryGuiTest::KilledAndRecovered() {
+  const QString run = Path("killed");
+  const double painted = Killed(run);
   QVERIFY(painted > 0);
   gui_ = std::make_unique<GuiDriver>(run);
   QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  QVERIFY2(gui_->Text("recoveryText").contains("ct.nrrd"), qPrintable(gui_->Text("recoveryText")));
   gui_->Click("recoverButton");
   QVERIFY(gui_->Idle());
   QTRY_COMPARE(gui_->Volume_ml(0), painted);
@@ -106,6 +113,38 @@ void PlanningRecoveryGuiTest::KilledAndRecovered() {
   gui_->Abandon();
   gui_ = std::make_unique<GuiDriver>(run);
   QVERIFY(gui_->Find("recoveryBar")->isHidden());
+}
+
+void PlanningRecoveryGuiTest::WhatComesNextDoesNotTakeItsPlace() {
+  const QString run = Path("next"), work = run + "/work/planning/";
+  const double painted = Killed(run);
+  QVERIFY(painted > 0);
+  // Other work is begun before anybody looks at what was left, and saved for a crash as well.
+  gui_ = std::make_unique<GuiDriver>(run);
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  gui_->Paint();
+  gui_->Drag("sliceCoronal", 0.4, 0.4, 0.6, 0.6);
+  const double next = gui_->Volume_ml(0);
+  QVERIFY(next > painted);
+  QTRY_VERIFY_WITH_TIMEOUT(QFile::exists(work + "autosave.kerfwork"), 10000);
+  gui_->Abandon();
+  // Now both were left: the newer is offered first, and neither is in the other's way.
+  gui_ = std::make_unique<GuiDriver>(run);
+  gui_->Click("recoverButton");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->Volume_ml(0), next);
+  QVERIFY(gui_->Find("recoveryBar")->isVisible());
+  QCOMPARE(QDir(work).entryList({"left-*"}).size(), 2);
+  // What was recovered stays in its file until the autosave holds it.
+  QTRY_COMPARE_WITH_TIMEOUT(QDir(work).entryList({"left-*"}).size(), 1, 10000);
+  QVERIFY(QFile::exists(work + "autosave.kerfwork"));
+  gui_->Abandon();
+  QVERIFY(QFile::remove(work + "autosave.kerfwork"));
+  gui_ = std::make_unique<GuiDriver>(run);
+  gui_->Click("recoverButton");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->Volume_ml(0), painted);
 }
 
 int main(int argc, char** argv) {

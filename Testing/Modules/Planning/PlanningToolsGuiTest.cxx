@@ -10,6 +10,7 @@
 #include <QDoubleSpinBox>
 #include <QHeaderView>
 #include <QPushButton>
+#include <QSlider>
 #include <QTableWidget>
 #include <QTimer>
 #include <QTreeWidget>
@@ -34,6 +35,7 @@ class PlanningToolsGuiTest : public QObject {
   void TheContourIsStopped();
   void LabelsAreCombined();
   void SlicesAreLinked();
+  void APointOfTheLineIsMoved();
 
  private:
   QString Path(const QString& name) const { return folder_.filePath(name); }
@@ -256,6 +258,35 @@ void PlanningToolsGuiTest::SlicesAreLinked() {
   QTest::keyClick(window, Qt::Key_Down);
   QTest::qWait(50);
   QVERIFY(gui_->Find("sliceSagittal")->grab().toImage() != grey);
+}
+
+void PlanningToolsGuiTest::APointOfTheLineIsMoved() {
+  OpenSmallCt();
+  gui_->Click("segmentButton");
+  QVERIFY(gui_->Idle());
+  gui_->Step(2);
+  qobject_cast<QSlider*>(gui_->Find("tetrahedraSlider"))->setValue(10);
+  gui_->Click("meshButton");
+  QVERIFY(gui_->Idle());
+  gui_->Step(3);
+  gui_->Click("lookFromA");
+  QTest::qWait(100);
+  gui_->Click("drawLineButton");
+  gui_->ClickAt("sceneCanvas", 0.4, 0.5);
+  gui_->ClickAt("sceneCanvas", 0.6, 0.5);
+  QTRY_COMPARE(gui_->Text("lineText"), QString("2 points on the organ"));
+  QTest::qWait(300);
+  const QImage before = gui_->Find("sceneCanvas")->grab().toImage();
+  // A click on a point adds none; a drag moves it, and the picture does not turn.
+  gui_->ClickAt("sceneCanvas", 0.6, 0.5);
+  gui_->Drag("sceneCanvas", 0.6, 0.5, 0.6, 0.4);
+  QCOMPARE(gui_->Text("lineText"), QString("2 points on the organ"));
+  QCOMPARE(UndoText(), QString("Undo: move point of the resection line"));
+  QTest::qWait(200);
+  QVERIFY(gui_->Find("sceneCanvas")->grab().toImage() != before);
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  QTest::qWait(200);
+  QVERIFY(gui_->Find("sceneCanvas")->grab().toImage() == before);
 }
 
 int main(int argc, char** argv) { return RunGuiTest<PlanningToolsGuiTest>(argc, argv); }

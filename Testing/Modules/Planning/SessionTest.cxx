@@ -204,6 +204,7 @@ TEST_F(WorkFile, AutosaveGivesEverythingBack) {
   SaveWork(TakeWork(session), file_);
   const PlanningWork work = LoadWork(file_);
   EXPECT_EQ(work.ct_path, "/data/ct");
+  EXPECT_EQ(CtOfWork(file_), "/data/ct");
   EXPECT_EQ(work.series, "1.2.3");
   EXPECT_EQ(*work.labels.voxels, *session.Labels().Labels().voxels);
   EXPECT_TRUE(work.labels.grid.SameAs(session.Ct()->grid));
@@ -229,7 +230,9 @@ TEST_F(WorkFile, BrokenAutosavesAreRefusedNotBelieved) {
   }
   std::ofstream(file_, std::ios::binary | std::ios::trunc) << "something else entirely";
   EXPECT_THROW(LoadWork(file_), InputError);
+  EXPECT_EQ(CtOfWork(file_), "");
   EXPECT_THROW(LoadWork(file_ + "-missing"), InputError);
+  EXPECT_EQ(CtOfWork(file_ + "-missing"), "");
 }
 
 TEST(CaseBrowser, RecentCasesAreNewestFirstAndUnique) {
