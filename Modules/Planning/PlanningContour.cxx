@@ -21,7 +21,7 @@ void EvolveContour(const Volume& ct, const LabelMap& labels, int label, LabelVox
   box.Grow(labels.grid, kMargin_mm);
   const GridGeometry grid = CropGrid(ct.grid, box.low, box.high);
   SubProgress sampling(progress, 0.0, 0.1);
-  const ScalarField image = Sample(ct, grid, sampling);
+  const ScalarField edges = EdgeStrength(Sample(ct, grid, sampling), sampling);
   Mask mask(grid, 0);
   // An organ's contour goes around what lies in it.
   box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {
@@ -31,7 +31,7 @@ void EvolveContour(const Volume& ct, const LabelMap& labels, int label, LabelVox
   ScalarField inside = SignedDistance_mm(mask);
   for (int s = 0; s < kSteps; ++s) {
     SubProgress part(progress, 0.1 + 0.9 * s / kSteps, 0.1 + 0.9 * (s + 1) / kSteps);
-    inside = SnapToEdges(image, inside, kIterationsPerStep, part);
+    inside = SnapToEdges(edges, inside, kIterationsPerStep, part);
     progress.ThrowIfCancelled();
     if (voxels->empty()) *voxels = *labels.voxels;
     box.ForEach(labels.grid, [&](std::size_t at, std::size_t in_box) {

@@ -2,9 +2,7 @@
 
 #include <itkBinaryFillholeImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>
-#include <itkCurvatureAnisotropicDiffusionImageFilter.h>
 #include <itkRelabelComponentImageFilter.h>
-#include <itkSignedMaurerDistanceMapImageFilter.h>
 
 #include <cmath>
 #include <queue>
@@ -22,44 +20,6 @@ std::size_t Count(const Mask& mask) {
 
 double Volume_ml(const Mask& mask) {
   return double(Count(mask)) * mask.grid.VoxelVolume_mm3() / 1000;
-}
-
-ScalarField Denoise(const ScalarField& image, int iterations, Progress& progress) {
-  using Image = Image3<float>;
-  auto filter = itk::CurvatureAnisotropicDiffusionImageFilter<Image, Image>::New();
-  filter->SetInput(itk_bridge::ToItk<float>(image.grid, image.values));
-  filter->SetNumberOfIterations(static_cast<unsigned>(iterations));
-  // Distances in voxels: the grid that this runs on is nearly isotropic, and the stability limit of
-  // the explicit scheme in three dimensions is then 1/16.
-  filter->UseImageSpacingOff();
-  filter->SetTimeStep(0.0625);
-  filter->SetConductanceParameter(2.0);
-  itk_bridge::Run(filter.GetPointer(), progress, "denoising");
-  ScalarField out;
-  out.grid = image.grid;
-  out.values = itk_bridge::VoxelsOf<float>(filter->GetOutput());
-  return out;
-}
-
-ScalarField SignedDistance_mm(const Mask& mask) {
-  const std::size_t count = Count(mask);
-  if (count == 0) return ScalarField(mask.grid, -1e6f);
-  if (count == mask.values.size()) return ScalarField(mask.grid, 1e6f);
-  auto filter = itk::SignedMaurerDistanceMapImageFilter<Image3<std::uint8_t>, Image3<float>>::New();
-  filter->SetInput(itk_bridge::ToItk<std::uint8_t>(mask.grid, mask.values));
-  filter->SetUseImageSpacing(true);
-  filter->SetSquaredDistance(false);
-  filter->SetInsideIsPositive(true);
-  filter->SetBackgroundValue(0);
-  filter->Update();
-  ScalarField out;
-  out.grid = mask.grid;
-  out.values = itk_bridge::VoxelsOf<float>(filter->GetOutput());
-  // ITK measures from the centres of the object's outermost voxels: the boundary is half a voxel
-  // on.
-  const float half = float(0.5 * std::cbrt(mask.grid.spacing_mm.prod()));
-  for (float& d : out.values) d += half;
-  return out;
 }
 
 Mask AtLeast(const ScalarField& field, float threshold) {

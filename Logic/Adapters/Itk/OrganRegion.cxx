@@ -200,7 +200,8 @@ Mask Refine(const Volume& ct, const Mask& coarse, const Tissue& tissue,
   Mask organ = AtLeast(RandomWalk(image, markers, {}, walking), 0.5f);
   SubProgress snapping(progress, 0.6, 1);
   organ = FillHoles(LargestComponent(organ));
-  const ScalarField snapped = SnapToEdges(image, SignedDistance_mm(organ), 10, snapping);
+  const ScalarField snapped =
+      SnapToEdges(EdgeStrength(image, snapping), SignedDistance_mm(organ), 10, snapping);
   const Mask settled = FillHoles(LargestComponent(AtHalfContrast(image, AtLeast(snapped, 0.f))));
   if (fine.size == crop.size) return settled;
   return FillHoles(

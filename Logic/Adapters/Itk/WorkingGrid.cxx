@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "Adapters/Itk/Parallel.h"
+
 namespace kerf {
 namespace {
 
@@ -40,20 +42,95 @@ double Interpolate(const GridGeometry& grid, const Values& values, const Corner&
   return sum;
 }
 
+/// The index in a target grid is affine in the index here: three steps instead of a matrix for each
+/// voxel.
+struct Steps {
+  Vec3 base, step[3];
+  Steps(const GridGeometry& grid, const GridGeometry& target)
+      : base(target.IndexFromWorld(grid.WorldFromIndex(Vec3::Zero()))) {
+    for (int a = 0; a < 3; ++a)
+      step[a] = target.IndexFromWorld(grid.WorldFromIndex(Vec3::Unit(a))) - base;
+  }
+  /// Each axis runs along the target's.
+  bool AxesApart() const {
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        if (a != b && step[a][b] != 0) return false;
+    return true;
+  }
+};
+
+/// f(offset, index in the target), slices side by side.
 template <class F>
 void ForEachWorld(const GridGeometry& grid, const GridGeometry& target, F&& f) {
-  // index in the target is affine in the index here: three steps instead of a matrix for each
-  // voxel.
-  const Vec3 base = target.IndexFromWorld(grid.WorldFromIndex(Vec3::Zero()));
-  Vec3 step[3];
-  for (int a = 0; a < 3; ++a)
-    step[a] = target.IndexFromWorld(grid.WorldFromIndex(Vec3::Unit(a))) - base;
-  std::size_t at = 0;
-  for (int k = 0; k < grid.size[2]; ++k)
+  const Steps steps(grid, target);
+  itk_bridge::ParallelFor(grid.size[2], [&](int k) {
+    std::size_t at = grid.Offset(0, 0, k);
     for (int j = 0; j < grid.size[1]; ++j) {
-      const Vec3 row = base + k * step[2] + j * step[1];
-      for (int i = 0; i < grid.size[0]; ++i, ++at) f(at, Vec3(row + i * step[0]));
+      const Vec3 row = steps.base + k * steps.step[2] + j * steps.step[1];
+      for (int i = 0; i < grid.size[0]; ++i, ++at) f(at, Vec3(row + i * steps.step[0]));
     }
+  });
+}
+
+/// One sub-sample along an axis: two voxels and the weight of the second.
+struct Between {
+  int low, high;
+  double fraction;
+};
+
+/// For every voxel along an axis its sub-samples, one after the other.
+std::vector<Between> AlongAxis(const GridGeometry& grid, const GridGeometry& target,
+                               const Steps& steps, int axis, int parts) {
+  std::vector<Between> between;
+  const double ratio = grid.spacing_mm[axis] / target.spacing_mm[axis];
+  for (int n = 0; n < grid.size[axis]; ++n)
+    for (int p = 0; p < parts; ++p) {
+      const double index =
+          steps.base[axis] + n * steps.step[axis][axis] + ((p + 0.5) / parts - 0.5) * ratio;
+      const double x = std::clamp(index, 0.0, target.size[axis] - 1.0);
+      const int low = std::min(static_cast<int>(x), target.size[axis] - 1);
+      between.push_back({low, std::min(low + 1, target.size[axis] - 1), x - low});
+    }
+  return between;
+}
+
+/// Means over parts[0] × parts[1] × parts[2] trilinear samples of each voxel of a grid along the
+/// axes of the volume's. @param value of a voxel's offset in the volume
+template <class Values>
+void SampleAlongAxes(const GridGeometry& from, const Values& value, const Steps& steps,
+                     const int parts[3], ScalarField* out) {
+  const GridGeometry& grid = out->grid;
+  std::vector<Between> along[3];
+  for (int a = 0; a < 3; ++a) along[a] = AlongAxis(grid, from, steps, a, parts[a]);
+  const int total = parts[0] * parts[1] * parts[2];
+  itk_bridge::ParallelFor(grid.size[2], [&](int k) {
+    std::size_t at = grid.Offset(0, 0, k);
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i, ++at) {
+        double sum = 0;
+        for (int c = 0; c < parts[2]; ++c)
+          for (int b = 0; b < parts[1]; ++b) {
+            const Between& z = along[2][k * parts[2] + c];
+            const Between& y = along[1][j * parts[1] + b];
+            const std::size_t rows[4] = {
+                from.Offset(0, y.low, z.low), from.Offset(0, y.high, z.low),
+                from.Offset(0, y.low, z.high), from.Offset(0, y.high, z.high)};
+            for (int a = 0; a < parts[0]; ++a) {
+              const Between& x = along[0][i * parts[0] + a];
+              double sample = 0;
+              for (int r = 0; r < 4; ++r) {
+                const double wy = r & 1 ? y.fraction : 1 - y.fraction;
+                const double wz = r & 2 ? z.fraction : 1 - z.fraction;
+                sample += (1 - x.fraction) * wy * wz * value(rows[r] + x.low);
+                sample += x.fraction * wy * wz * value(rows[r] + x.high);
+              }
+              sum += sample;
+            }
+          }
+        out->values[at] = float(sum / total);
+      }
+  });
 }
 
 }  // namespace
@@ -99,6 +176,11 @@ ScalarField Sample(const Volume& ct, const GridGeometry& grid, Progress& progres
   const bool same_axes = (grid.direction - ct.grid.direction).cwiseAbs().maxCoeff() < 1e-9;
   if (!same_axes) parts[0] = parts[1] = parts[2] = 1;
   const int total = parts[0] * parts[1] * parts[2];
+  const Steps steps(grid, ct.grid);
+  if (steps.AxesApart()) {
+    SampleAlongAxes(ct.grid, value, steps, parts, &out);
+    return out;
+  }
   ForEachWorld(grid, ct.grid, [&](std::size_t at, const Vec3& index) {
     double sum = 0;
     for (int c = 0; c < parts[2]; ++c)
