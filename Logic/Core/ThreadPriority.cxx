@@ -8,11 +8,11 @@
 
 namespace kerf {
 
-void StepBehindOthers() {
+void StepBehindOthers(int steps) {
 #ifdef __linux__
-  constexpr int kSteps = 5;
+  constexpr int kNiceness = 5;
   const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-  setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + kSteps);
+  setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + steps * kNiceness);
 #endif
 }
 

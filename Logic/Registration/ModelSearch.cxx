@@ -24,7 +24,7 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
   given_up_ = std::make_shared<std::atomic<bool>>(false);
   auto then = std::make_shared<const RegistrationState>(state);
   found_ = std::async(std::launch::async, [=, given_up = given_up_] {
-    StepBehindOthers();  // frames come first
+    StepBehindOthers(2);  // frames come first, then what draws them
     tbb::task_arena alone(1);
     return alone.execute(
         [&] { return ProbeModel(usable, camera, options, probe, then, given_up.get()); });

@@ -159,10 +159,15 @@ void qKerfMainWindow::MakeMenus() {
   dark_->setChecked(host_->IsDark());
   dark_->setShortcut(QKeySequence("Ctrl+D"));
   connect(dark_, &QAction::toggled, host_, &qKerfApplicationHost::SetDark);
-  QAction* full = view->addAction(tr("&Full screen"));
-  full->setCheckable(true);
-  full->setShortcut(QKeySequence("F11"));
-  connect(full, &QAction::toggled, this, [this](bool on) { on ? showFullScreen() : showNormal(); });
+  full_ = view->addAction(tr("&Full screen"));
+  full_->setObjectName("fullScreenAction");
+  full_->setCheckable(true);
+  full_->setShortcut(QKeySequence("F11"));
+  // A window that was maximized is so again afterwards.
+  connect(full_, &QAction::triggered, this, [this](bool on) {
+    setWindowState(on ? windowState() | Qt::WindowFullScreen
+                      : windowState() & ~Qt::WindowFullScreen);
+  });
 
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   QAction* shortcuts = help->addAction(tr("&Keyboard shortcuts"));
@@ -176,7 +181,7 @@ void qKerfMainWindow::MakeMenus() {
   host_->AddShortcut("application/redo", redo_);
   host_->AddShortcut("application/log", show_log_);
   host_->AddShortcut("application/dark", dark_);
-  host_->AddShortcut("application/full-screen", full);
+  host_->AddShortcut("application/full-screen", full_);
 }
 
 void qKerfMainWindow::MakeStatusBar() {
@@ -365,6 +370,12 @@ void qKerfMainWindow::ShowAbout() {
          "<p><b>Research use only. Kerf is not a medical device and must not guide treatment.</b>"
          "</p><p>Modules:%2</p><p>GPL-3.0-or-later.</p>")
           .arg(QStringLiteral(KERF_VERSION), modules));
+}
+
+/// A page may have made the window fill the screen.
+void qKerfMainWindow::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::WindowStateChange && full_) full_->setChecked(isFullScreen());
+  QMainWindow::changeEvent(event);
 }
 
 void qKerfMainWindow::closeEvent(QCloseEvent* event) {

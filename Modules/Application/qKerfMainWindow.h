@@ -42,6 +42,7 @@ class qKerfMainWindow : public QMainWindow {
   void closeEvent(QCloseEvent* event) override;
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   void MakeMenus();
@@ -66,7 +67,7 @@ class qKerfMainWindow : public QMainWindow {
   QProgressBar* progress_;
   QLabel* progress_text_;
   QPushButton* cancel_;
-  QAction *undo_, *redo_, *dark_, *show_log_;
+  QAction *undo_, *redo_, *dark_, *show_log_, *full_ = nullptr;
   QMenu *recent_, *module_menu_;
   QString problem_;  ///< that was said last, if the last word was one
 };

@@ -128,6 +128,7 @@ void qKerfIntraoperativeWidget::BeginExposure(bool fresh) {
   Try([&] {
     if (fresh) desk_.BeginExposure();
     shown_.reset();
+    DrawAnew();
     ShowStep(Exposure);
     PaintExposure();
   });
@@ -141,8 +142,7 @@ void qKerfIntraoperativeWidget::PaintExposure() {
     contour_fit_ = exposure->ContourFit(desk_.ExposureFrame());
     exposure_->Update(*exposure, contour_fit_);
     std::string why_not;
-    if (!painter_ && kerf::RenderingAvailable(&why_not))
-      painter_ = std::make_unique<kerf::OverlayPainter>(exposure->Camera());
+    if (!painter_ && kerf::RenderingAvailable(&why_not)) MakePainter(exposure->Camera());
     if (!painter_) {
       painter_problem_ =
           tr("No overlay can be drawn here: %1").arg(QString::fromStdString(why_not));
@@ -181,6 +181,9 @@ void qKerfIntraoperativeWidget::Accept() {
     kerf::IntraoperativeDesk::RunOptions options;
     options.hold_cuts = run_->HoldsCuts();
     options.record = record_;
+    options.on_snapshot = [this] {
+      QMetaObject::invokeMethod(this, &qKerfIntraoperativeWidget::Tick, Qt::QueuedConnection);
+    };
     desk_.Accept(options);
     shown_.reset();
     shown_at_.Clear();

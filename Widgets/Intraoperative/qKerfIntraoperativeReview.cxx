@@ -38,7 +38,7 @@ void qKerfIntraoperativeWidget::OpenRecorded(const QString& session) {
         playback_ = std::move(*opened);
         painter_.reset();  // another camera
         shown_.reset();
-        before_shown_.reset();
+        DrawAnew();
         shown_at_.Clear();
         review_frame_ = 0;
         timeline_->SetSession(playback_->FrameCount(), playback_->Events());
@@ -71,6 +71,7 @@ void qKerfIntraoperativeWidget::SeekTo(int frame) {
 
 void qKerfIntraoperativeWidget::TickReview() {
   if (!playback_) return;
+  TakePainted();
   const int ready = playback_->Ready(), last = playback_->FrameCount() - 1;
   timeline_->SetReady(ready);
   if (playing_ && ready > 0) {
@@ -85,9 +86,9 @@ void qKerfIntraoperativeWidget::TickReview() {
   }
   const int frame = qMin(review_frame_, ready - 1);
   review_->SetPlace(*playback_, qMax(0, frame));
-  if (frame < 0 || (shown_ && shown_->frame.index == frame)) return;
+  if (frame < 0 || !isVisible() || (drawn_ && drawn_->frame.index == frame)) return;
   try {
-    Show(playback_->At(frame), playback_->Camera());
+    Draw(playback_->At(frame), playback_->Camera());
     timeline_->setValue(frame);
   } catch (const std::exception& error) {
     services_.say_problem(QString::fromUtf8(error.what()));

@@ -80,25 +80,23 @@ void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
 
 void qKerfIntraoperativeWidget::TickRun() {
   if (clamped_at_) ShowClamp();
+  TakePainted();
   const auto latest = desk_.Latest();
-  if (latest && latest == shown_ && Clock::now() - figures_at_ > kFigures) {
+  if (!latest) return;
+  if (Clock::now() - figures_at_ > kFigures) {
     figures_at_ = Clock::now();  // pictures may have stopped: the figures of then are none of now
     const bool quiet = figures_at_ - latest->captured > std::chrono::seconds(1);
     ShowFigures(desk_.Source(), quiet ? 0.0 : latest->registered_fps);
   }
-  if (!latest || latest == shown_) return;
-  const bool new_picture = shown_picture_ != latest->captured;
-  shown_picture_ = latest->captured;
-  Show(latest, desk_.Camera());
+  SayWhereStopped(*latest);
+  if (latest == drawn_ || !isVisible()) return;  // what nobody sees is not drawn
+  Draw(latest, desk_.Camera());
   run_->Update(*latest);
-  if (new_picture) {
-    const auto now = Clock::now();
-    shown_at_.Add(now);
-    latency_ms_ = std::chrono::duration<double, std::milli>(now - latest->captured).count();
-  }
-  ShowFigures(latest->source, latest->registered_fps);
-  if (latest->stopped == stopped_) return;
-  stopped_ = latest->stopped;
+}
+
+void qKerfIntraoperativeWidget::SayWhereStopped(const kerf::IntraoperativeSnapshot& latest) {
+  if (latest.stopped == stopped_) return;
+  stopped_ = latest.stopped;
   if (!stopped_.empty())
     services_.say_problem(
         tr("The registration has stopped: %1. What was recorded is kept. Register "

@@ -28,7 +28,7 @@ void qKerfIntraoperativeWidget::ConnectLook() {
   });
   connect(look_, &qKerfOverlayLook::MarginAlarmChanged, this, [this](double mm) {
     if (painter_) painter_->SetMarginAlarm(mm);
-    shown_.reset();
+    DrawAnew();
   });
   connect(look_, &qKerfOverlayLook::OverlayToggled, this, &qKerfIntraoperativeWidget::SetOverlay);
   connect(look_, &qKerfOverlayLook::BeforeToggled, this, &qKerfIntraoperativeWidget::SetBefore);
@@ -43,32 +43,73 @@ void qKerfIntraoperativeWidget::ConnectLook() {
   });
 }
 
-void qKerfIntraoperativeWidget::Show(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
+/// What is shown follows when it is drawn (TakePainted).
+void qKerfIntraoperativeWidget::Draw(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
                                      const kerf::CameraModel& camera) {
-  shown_ = std::move(snapshot);
-  bool drawn = false;
+  drawn_ = std::move(snapshot);
   if (overlay_on_ && overlay_problem_.empty()) try {
       std::string why_not;
-      if (!painter_ && !kerf::RenderingAvailable(&why_not)) {
-        OverlayFails(why_not);
-      } else {
+      if (painter_ || kerf::RenderingAvailable(&why_not)) {
         if (!painter_) {
-          painter_ = std::make_unique<kerf::OverlayPainter>(camera);
+          MakePainter(camera);
           painter_->SetMarginAlarm(look_->MarginAlarm_mm());
           painter_->SetOptions(look_options_);
         }
-        view_->SetPicture(painter_->Paint(*shown_));
-        drawn = true;
+        painter_->Begin(drawn_);
+        return;
       }
+      OverlayFails(why_not);
     } catch (const std::exception& error) {
       painter_.reset();
       OverlayFails(error.what());
     }
-  if (!drawn && shown_->frame.image) view_->SetPicture(*shown_->frame.image);
+  if (drawn_->frame.image) view_->SetPicture(*drawn_->frame.image);
+  Present(drawn_);
+}
+
+void qKerfIntraoperativeWidget::MakePainter(const kerf::CameraModel& camera) {
+  painter_ = std::make_unique<kerf::OverlayPainter>(camera, [this] {
+    QMetaObject::invokeMethod(this, &qKerfIntraoperativeWidget::Tick, Qt::QueuedConnection);
+  });
+}
+
+void qKerfIntraoperativeWidget::TakePainted() {
+  if (!painter_) return;
+  try {
+    auto painted = painter_->Take();
+    if (!painted) return;
+    view_->SetPicture(painted->picture);
+    Present(std::move(painted->snapshot));
+  } catch (const std::exception& error) {
+    painter_.reset();
+    OverlayFails(error.what());
+    drawn_.reset();
+  }
+}
+
+/// What goes with the picture that is in the view now.
+void qKerfIntraoperativeWidget::Present(
+    std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot) {
+  shown_ = std::move(snapshot);
   if (raw_->isVisible() && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
   Try([this] { ShowBefore(); });
   ShowLamp(*shown_);
   ArrangeViews();
+  if (step_ != Run) return;
+  const auto now = Clock::now();
+  if (shown_picture_ != shown_->captured) {
+    shown_picture_ = shown_->captured;
+    shown_at_.Add(now);
+    latency_ms_ = std::chrono::duration<double, std::milli>(now - shown_->captured).count();
+  }
+}
+
+/// The picture that is in work is of a look, a camera or a step that is no longer; the newest one
+/// is drawn again.
+void qKerfIntraoperativeWidget::DrawAnew() {
+  if (painter_) painter_->Forget();
+  drawn_.reset();
+  before_shown_.reset();
 }
 
 /// Views stand side by side or one above the other, whichever makes the pictures larger.
@@ -130,8 +171,7 @@ void qKerfIntraoperativeWidget::ChangeLook(
   change(&look_options_);
   if (step_ != Run && step_ != Review) return;  // the exposure has a look of its own
   if (painter_) painter_->SetOptions(look_options_);
-  shown_.reset();  // drawn anew
-  before_shown_.reset();
+  DrawAnew();
 }
 
 void qKerfIntraoperativeWidget::SetPreset(kerf::OverlayPreset preset) {
@@ -147,8 +187,7 @@ void qKerfIntraoperativeWidget::SetOverlay(bool on) {
   overlay_problem_.clear();
   look_->SetOverlay(on);
   view_->SetBanner(on ? QString() : tr("OVERLAY OFF  (O)"));
-  shown_.reset();
-  before_shown_.reset();
+  DrawAnew();
 }
 
 void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& snapshot) {
@@ -200,10 +239,13 @@ void qKerfIntraoperativeWidget::SetRawBeside(bool beside) {
   ArrangeViews();
 }
 
+/// The picture alone; back to a window that filled the screen before, or did not.
 void qKerfIntraoperativeWidget::SetFullScreen(bool full) {
+  if (full == full_) return;
   full_ = full;
   side_->setVisible(!full);
   QWidget* top = window();
-  top->setWindowState(full ? top->windowState() | Qt::WindowFullScreen
-                           : top->windowState() & ~Qt::WindowFullScreen);
+  if (full) was_full_screen_ = top->isFullScreen();
+  top->setWindowState(full || was_full_screen_ ? top->windowState() | Qt::WindowFullScreen
+                                               : top->windowState() & ~Qt::WindowFullScreen);
 }

@@ -238,6 +238,7 @@ void qKerfIntraoperativeWidget::OpenCase(const QString& folder) {
           check_in_->SetCase(folder, QString::fromStdString(desk_.Pseudonym()));
           check_in_->SetCamera(QString::fromStdString(desk_.CameraFile()));
           shown_.reset();
+          DrawAnew();
           clamped_at_.reset();  // another patient
           clamped_before_ = {};
           ShowClamp();
@@ -253,6 +254,7 @@ void qKerfIntraoperativeWidget::OpenCase(const QString& folder) {
 void qKerfIntraoperativeWidget::OpenSource(const QString& path) {
   check_in_->SetSource(path);
   shown_.reset();
+  DrawAnew();
   desk_.OpenSource(path.toStdString());
   if (step_ != CheckIn) ShowStep(CheckIn);
 }
@@ -267,6 +269,12 @@ void qKerfIntraoperativeWidget::UseCamera(const QString& file) {
 }
 
 qKerfIntraoperativeWidget::Step qKerfIntraoperativeWidget::CurrentStep() const { return step_; }
+
+/// From another module: the page's keys work at once, without a click.
+void qKerfIntraoperativeWidget::showEvent(QShowEvent* event) {
+  QWidget::showEvent(event);
+  view_->setFocus();
+}
 
 void qKerfIntraoperativeWidget::ShowStep(Step step) {
   step_ = step;

@@ -85,6 +85,9 @@ class qKerfIntraoperativeWidget : public QWidget {
   void StepChanged(int step);
   void CaseOpened(const QString& folder);
 
+ protected:
+  void showEvent(QShowEvent* event) override;
+
  private:
   void MakeLayout();
   void MakeKeys();
@@ -100,10 +103,15 @@ class qKerfIntraoperativeWidget : public QWidget {
   void TickEnd();
   void TickCheckIn();
   void TickRun();
+  void SayWhereStopped(const kerf::IntraoperativeSnapshot& latest);
   void TickReview();
   void PaintExposure();
-  void Show(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
+  void Draw(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
             const kerf::CameraModel& camera);
+  void MakePainter(const kerf::CameraModel& camera);
+  void TakePainted();
+  void Present(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot);
+  void DrawAnew();
   void ShowBefore();
   void ArrangeViews();
   void OverlayFails(const std::string& why);
@@ -157,12 +165,13 @@ class qKerfIntraoperativeWidget : public QWidget {
   std::function<void()> after_end_;
   bool fitting_ = false;  ///< the outline is being fitted
   bool record_ = true, overlay_on_ = true, drawing_ = false, exposure_changed_ = true,
-       full_ = false;
+       full_ = false, was_full_screen_ = false;
   double contour_fit_ = 0.0, latency_ms_ = 0.0;
   QPolygonF stroke_;
   std::optional<std::chrono::steady_clock::time_point> clamped_at_;
-  std::chrono::steady_clock::duration clamped_before_{};  ///< and opened again
-  std::shared_ptr<const kerf::IntraoperativeSnapshot> shown_, before_shown_;
+  std::chrono::steady_clock::duration clamped_before_{};       ///< and opened again
+  std::shared_ptr<const kerf::IntraoperativeSnapshot> drawn_,  ///< the last that was to be drawn
+      shown_, before_shown_;
   kerf::OverlayOptions look_options_;
   std::string overlay_problem_, stopped_;  ///< already said
   std::unique_ptr<kerf::SessionPlayback> playback_;

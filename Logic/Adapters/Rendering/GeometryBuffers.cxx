@@ -4,6 +4,7 @@
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
+#include <vtkCullerCollection.h>
 #include <vtkFloatArray.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
@@ -63,6 +64,7 @@ class BufferActor {
     if (lens_->GetSurfaceClass() != part.surface) lens_->SetSurfaceClass(part.surface);
     lens_->SetCutFaceClass(GeometryBuffers::CutFace);
     lens_->Update();
+    actor_->GetProperty()->SetBackfaceCulling(lens_->GetSolid());
     *near_mm = std::min(*near_mm, lens_->GetDepthRange()[0]);
     *far_mm = std::max(*far_mm, lens_->GetDepthRange()[1]);
     const double* at = lens_->GetScreenRange();
@@ -133,6 +135,7 @@ struct GeometryBuffers::Implementation {
       renderer[side]->SetViewport(0.5 * side, 0, 0.5 * side + 0.5, 1);
       renderer[side]->SetBackground(0, 0, 0);
       renderer[side]->SetActiveCamera(vtk_camera);
+      renderer[side]->GetCullers()->RemoveAllItems();  // next to everything is in the picture
       window->AddRenderer(renderer[side]);
     }
   }
@@ -161,12 +164,14 @@ struct GeometryBuffers::Implementation {
     }
   }
 
-  /// Reading back costs as much as drawing: only `box` is.
-  void Read(const PixelBox& box, double near_mm, double far_mm) {
-    const int w = camera.width, h = camera.height, columns = box.x1 - box.x0;
+  /// Reading back costs as much as drawing: only the boxes are.
+  void Read(const PixelBox (&boxes)[2], double near_mm, double far_mm) {
+    const int w = camera.width, h = camera.height;
     const float nf = static_cast<float>(near_mm * far_mm), f = static_cast<float>(far_mm),
                 range = static_cast<float>(far_mm - near_mm);
     for (int side = 0; side < 2; ++side) {
+      const PixelBox& box = boxes[side];
+      const int columns = box.x1 - box.x0;
       GeometryBuffer& out = buffer[side];
       for (int y = out.box.y0; y < out.box.y1; ++y)
         std::fill_n(out.surface.begin() + std::size_t(y) * w + out.box.x0, out.box.x1 - out.box.x0,
@@ -174,16 +179,17 @@ struct GeometryBuffers::Implementation {
       out.box = box;
       if (box.Empty()) continue;
       const int x = side * w + box.x0;
-      window->GetPixelData(x, h - box.y1, x + columns - 1, h - 1 - box.y0, 0, pixels);
+      // With alpha, as it is stored: without it every pixel would be taken apart.
+      window->GetRGBACharPixelData(x, h - box.y1, x + columns - 1, h - 1 - box.y0, 0, pixels);
       window->GetZbufferData(x, h - box.y1, x + columns - 1, h - 1 - box.y0, depth);
       for (int row = box.y0; row < box.y1; ++row) {
         const std::size_t from = std::size_t(box.y1 - 1 - row) * columns;
         const std::size_t to = std::size_t(row) * w + box.x0;
-        const unsigned char* rgb = pixels->GetPointer(0) + 3 * from;
+        const unsigned char* rgba = pixels->GetPointer(0) + 4 * from;
         const float* z = depth->GetPointer(0) + from;
         for (int i = 0; i < columns; ++i) {
-          out.facing[to + i] = rgb[3 * i];
-          out.surface[to + i] = rgb[3 * i + 1];
+          out.facing[to + i] = rgba[4 * i];
+          out.surface[to + i] = rgba[4 * i + 1];
           out.depth_mm[to + i] = nf / (f - z[i] * range);
         }
       }
@@ -210,14 +216,14 @@ const GeometryBuffer& GeometryBuffers::Inside() const { return implementation_->
 
 void GeometryBuffers::Render(const std::vector<Part>& front, const std::vector<Part>& inside) {
   double near_mm = 1e9, far_mm = vtkKerfLensWarp::NearestDepth;
-  PixelBox box;
-  implementation_->Update(0, front, &near_mm, &far_mm, &box);
-  implementation_->Update(1, inside, &near_mm, &far_mm, &box);
+  PixelBox boxes[2];
+  implementation_->Update(0, front, &near_mm, &far_mm, &boxes[0]);
+  implementation_->Update(1, inside, &near_mm, &far_mm, &boxes[1]);
   near_mm = std::max(0.5 * vtkKerfLensWarp::NearestDepth, 0.98 * std::min(near_mm, far_mm));
   far_mm = std::max(1.02 * far_mm, near_mm + 1.0);
   SetLensCamera(implementation_->ideal, near_mm, far_mm, implementation_->vtk_camera);
   implementation_->window->Render();
-  implementation_->Read(box, near_mm, far_mm);
+  implementation_->Read(boxes, near_mm, far_mm);
 }
 
 }  // namespace kerf

@@ -13,7 +13,7 @@ namespace kerf {
 /// What VTK sees through each pixel, rows top-down, width×height of the camera.
 struct GeometryBuffer {
   int width = 0, height = 0;
-  PixelBox box;                       ///< outside it nothing is seen; the same in both buffers
+  PixelBox box;                       ///< outside it nothing is seen
   std::vector<std::uint8_t> surface;  ///< class of the front-most surface, 0 = nothing
   std::vector<std::uint8_t> facing;   ///< |normal · view| in 1/255; meaningless outside the box
   std::vector<float> depth_mm;        ///< along the optical axis; far plane where nothing is, and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace kerf {
@@ -51,6 +52,16 @@ bool IsDepthEdge(const GeometryBuffer& b, std::size_t i) {
   return false;
 }
 
+/// Whether eight pixels from `i` on, and all that touch their sides, are of one class: most are.
+bool AllAlike(const std::uint8_t* ids, int width) {
+  std::uint64_t here, above, below;
+  std::memcpy(&here, ids, 8);
+  std::memcpy(&above, ids - width, 8);
+  std::memcpy(&below, ids + width, 8);
+  return here == above && here == below && here == 0x0101010101010101u * ids[0] &&
+         ids[-1] == ids[0] && ids[8] == ids[0];
+}
+
 }  // namespace
 
 bool OverlayCompositor::InWindow(int x, int y) const {
@@ -64,10 +75,15 @@ void OverlayCompositor::Compose(const CameraModel& camera, const OverlayOptions&
   box_ = front_box_ = cut_box_ = internal_box_ = tumour_box_ = {};
   nearest_mm_ = std::numeric_limits<float>::max();
   farthest_mm_ = 0;
-  for (int y = front.box.y0; y < front.box.y1; ++y) {
+  PixelBox seen_box = front.box;
+  if (!inside.box.Empty()) {
+    seen_box.Include(inside.box.x0, inside.box.y0);
+    seen_box.Include(inside.box.x1 - 1, inside.box.y1 - 1);
+  }
+  for (int y = seen_box.y0; y < seen_box.y1; ++y) {
     const std::size_t row = std::size_t(y) * front.width;
     RowSpan outer, cut, internal, tumour;
-    for (int x = front.box.x0; x < front.box.x1; ++x) {
+    for (int x = seen_box.x0; x < seen_box.x1; ++x) {
       const std::uint8_t seen = front.surface[row + x], inner = inside.surface[row + x];
       if (seen != 0) outer.Include(x);
       if (seen == GeometryBuffers::CutFace) cut.Include(x);
@@ -176,8 +192,9 @@ void OverlayCompositor::Stroke(const PixelBox& box, const Color& color, double o
 void OverlayCompositor::PaintEdges(const OverlayOptions& options, const GeometryBuffer& front,
                                    const GeometryBuffer& inside, Image* bgr) {
   const int w = front.width;
+  // There is no edge in an even part of `ids`; or, with `within`, where there is nothing.
   const auto draw = [&](const PixelBox& where, const Color& color, double opacity, double gain,
-                        auto&& is_edge) {
+                        const std::vector<std::uint8_t>& ids, bool within, auto&& is_edge) {
     if (where.Empty()) return;
     // The image border is no edge of the organ.
     const PixelBox box{std::max(1, where.x0 - 2), std::max(1, where.y0 - 2),
@@ -186,12 +203,17 @@ void OverlayCompositor::PaintEdges(const OverlayOptions& options, const Geometry
     for (int y = box.y0; y < box.y1; ++y) {
       std::uint8_t* row = line_.Row(y);
       int first = box.x1, last = -1;
-      for (int x = box.x0; x < box.x1; ++x)
-        if (is_edge(std::size_t(y) * w + x)) {
-          row[x] = 255;
-          first = std::min(first, x);
-          last = x;
+      for (int x = box.x0; x < box.x1; ++x) {
+        const std::size_t i = std::size_t(y) * w + x;
+        if (x + 8 < box.x1 && !(within && ids[i]) && AllAlike(&ids[i], w)) {
+          x += 7;
+          continue;
         }
+        if (!is_edge(i)) continue;
+        row[x] = 255;
+        first = std::min(first, x);
+        last = x;
+      }
       if (last < 0) continue;
       drawn.Include(first, y);
       drawn.Include(last, y);
@@ -209,14 +231,15 @@ void OverlayCompositor::PaintEdges(const OverlayOptions& options, const Geometry
     };
   };
   const bool lines_only = options.preset == OverlayPreset::Outline;
-  draw(internal_box_, kInternal, 0.9, lines_only ? 1.2 : 0.8,
+  draw(internal_box_, kInternal, 0.9, lines_only ? 1.2 : 0.8, inside.surface, false,
        border(inside.surface, [](int s) { return s == GeometryBuffers::Internal; }));
-  draw(tumour_box_, kTumour, 1.0, lines_only ? 1.4 : 1.0,
+  draw(tumour_box_, kTumour, 1.0, lines_only ? 1.4 : 1.0, inside.surface, false,
        border(inside.surface, [](int s) { return s == GeometryBuffers::Tumour; }));
-  draw(front_box_, kOrgan, 0.7, 0.8,
+  draw(front_box_, kOrgan, 0.7, 0.8, front.surface, true,
        [&](std::size_t i) { return front.surface[i] != 0 && IsDepthEdge(front, i); });
-  draw(front_box_, kOrgan, 1.0, 1.4, border(front.surface, [](int s) { return s != 0; }));
-  draw(cut_box_, kCutLine, 1.0, 1.2,
+  draw(front_box_, kOrgan, 1.0, 1.4, front.surface, false,
+       border(front.surface, [](int s) { return s != 0; }));
+  draw(cut_box_, kCutLine, 1.0, 1.2, front.surface, false,
        border(front.surface, [](int s) { return s == GeometryBuffers::CutFace; }));
 }
 

@@ -69,14 +69,23 @@ void TextPainter::Draw(const std::string& text, int x, int y, int size_px, bool 
 
 void TextPainter::Panel(const PixelBox& box, double opacity, const Color& color, Image* bgr) {
   const double radius = std::min(6.0, 0.5 * (box.y1 - box.y0));
+  const auto mix = [&](int below, int k, double a) {
+    return static_cast<std::uint8_t>(std::lround(below * (1 - a) + color[2 - k] * a));
+  };
+  std::uint8_t full[3][256];  // next to all of it
+  for (int k = 0; k < 3; ++k)
+    for (int below = 0; below < 256; ++below) full[k][below] = mix(below, k, opacity);
   for (int y = std::max(0, box.y0); y < std::min(bgr->height, box.y1); ++y)
     for (int x = std::max(0, box.x0); x < std::min(bgr->width, box.x1); ++x) {
+      std::uint8_t* out = bgr->data.data() + std::size_t(3) * (std::size_t(y) * bgr->width + x);
       const double dx = std::max({box.x0 + radius - x - 0.5, x + 0.5 - (box.x1 - radius), 0.0});
       const double dy = std::max({box.y0 + radius - y - 0.5, y + 0.5 - (box.y1 - radius), 0.0});
+      if (dx == 0.0 || dy == 0.0) {
+        for (int k = 0; k < 3; ++k) out[k] = full[k][out[k]];
+        continue;
+      }
       const double a = opacity * std::clamp(radius + 0.5 - std::hypot(dx, dy), 0.0, 1.0);
-      std::uint8_t* out = bgr->data.data() + std::size_t(3) * (std::size_t(y) * bgr->width + x);
-      for (int k = 0; k < 3; ++k)
-        out[k] = static_cast<std::uint8_t>(std::lround(out[k] * (1 - a) + color[2 - k] * a));
+      for (int k = 0; k < 3; ++k) out[k] = mix(out[k], k, a);
     }
 }
 

@@ -14,11 +14,29 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "Adapters/Rendering/LensCamera.h"
 
 vtkStandardNewMacro(vtkKerfLensWarp);
+
+namespace {
+
+/// @param corners as the surface has them, before vertices are split
+bool IsClosed(const kerf::Triangles& corners, const std::vector<vtkIdType>& source) {
+  std::vector<std::array<vtkIdType, 2>> forth, back;
+  for (kerf::Index t = 0; t < corners.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const vtkIdType a = source[corners(t, k)], b = source[corners(t, (k + 1) % 3)];
+      (a < b ? forth : back).push_back({std::min(a, b), std::max(a, b)});
+    }
+  std::sort(forth.begin(), forth.end());
+  std::sort(back.begin(), back.end());
+  return forth == back;
+}
+
+}  // namespace
 
 void vtkKerfLensWarp::PrintSelf(ostream& os, vtkIndent indent) {
   Superclass::PrintSelf(os, indent);
@@ -29,6 +47,7 @@ void vtkKerfLensWarp::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "DepthRange: " << DepthRange[0] << " " << DepthRange[1] << "\n";
   os << indent << "ScreenRange: " << ScreenRange[0] << " " << ScreenRange[1] << " "
      << ScreenRange[2] << " " << ScreenRange[3] << "\n";
+  os << indent << "Solid: " << Solid << "\n";
 }
 
 void vtkKerfLensWarp::SetLens(const kerf::CameraModel& lens) {
@@ -76,6 +95,7 @@ bool vtkKerfLensWarp::UpdateTopology(vtkPolyData* input) {
     ++triangles;
   }
   Corners.conservativeResize(triangles, 3);
+  Closed = triangles == cells->GetNumberOfCells() && IsClosed(Corners, Source);
   return true;
 }
 
@@ -102,6 +122,7 @@ int vtkKerfLensWarp::RequestData(vtkInformation*, vtkInformationVector** input_v
   vtkPolyData* output = vtkPolyData::GetData(output_vector);
   DepthRange[0] = 1e9;
   DepthRange[1] = 0;
+  Solid = false;
   std::copy_n(std::begin({1e9, -1e9, 1e9, -1e9}), 4, ScreenRange);
   if (!input || !input->GetPoints()) return 1;
   const bool fresh = UpdateTopology(input);
@@ -114,10 +135,12 @@ int vtkKerfLensWarp::RequestData(vtkInformation*, vtkInformationVector** input_v
     input->GetPoint(Source[static_cast<std::size_t>(i)], world.data());
     eye.row(i) = (Lens.camera_from_world * world).transpose();
   }
+  double volume = 0.0;  // six times that of the solid
   for (kerf::Index t = 0; t < Corners.rows(); ++t) {
     const auto c = Corners.row(t);
     const kerf::Vec3 a = eye.row(c[0]), b = eye.row(c[1]), d = eye.row(c[2]);
     const kerf::Vec3 area = (b - a).cross(d - a);
+    volume += a.dot(area);
     for (int k = 0; k < 3; ++k) normal.row(c[k]) += area.transpose();
   }
   vtkNew<vtkFloatArray> coordinates;
@@ -151,6 +174,7 @@ int vtkKerfLensWarp::RequestData(vtkInformation*, vtkInformationVector** input_v
       }
     }
   }
+  Solid = Closed && !behind && volume > 0.0;
   if (behind) std::copy_n(std::begin({-1e9, 1e9, -1e9, 1e9}), 4, ScreenRange);
   if (fresh || behind || Incomplete) BuildCells(eye);
   vtkNew<vtkPoints> points;

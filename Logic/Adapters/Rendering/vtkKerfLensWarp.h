@@ -47,6 +47,10 @@ class vtkKerfLensWarp : public vtkPolyDataAlgorithm {
   /// point lies behind the lens; from > to when there are none.
   vtkGetVector4Macro(ScreenRange, double);
 
+  /// Whether nobody can see the back of a triangle of the last update: the surface is closed,
+  /// turned outwards, and all of it lies before the lens.
+  vtkGetMacro(Solid, bool);
+
   /// Nearest depth that a lens has an image of, mm.
   static constexpr double NearestDepth = 1.0;
 
@@ -74,6 +78,8 @@ class vtkKerfLensWarp : public vtkPolyDataAlgorithm {
   std::vector<unsigned char> IsCut;  // of each output vertex
   vtkSmartPointer<vtkCellArray> Cells;
   bool Incomplete = false;  // some triangle is left out of Cells
+  bool Closed = false;      // every edge is passed as often in one direction as in the other
+  bool Solid = false;
   vtkIdType InputPoints = -1;
   vtkSmartPointer<vtkCellArray> InputCells;
   vtkMTimeType InputCellsTime = 0, InputFlagsTime = 0;

@@ -97,6 +97,35 @@ TEST(LensWarp, TrianglesBehindTheLensAreLeftOutAndComeBack) {
   EXPECT_EQ(warp->GetOutput()->GetNumberOfPolys(), around.triangles.rows());
 }
 
+TEST(LensWarp, OnlyOfASolidBeforeTheLensNobodySeesTheBack) {
+  const CameraModel lens = testing::StrongLens();
+  const auto is_solid = [&](const SurfaceMesh& mesh, bool with_cut = false) {
+    vtkSmartPointer<vtkPolyData> data = ToVtk(mesh);
+    vtkNew<vtkUnsignedCharArray> flags;
+    flags->SetName("cut_face");
+    flags->SetNumberOfTuples(mesh.triangles.rows());
+    flags->Fill(0);
+    flags->SetValue(5, with_cut);
+    data->GetCellData()->AddArray(flags);
+    vtkNew<vtkKerfLensWarp> warp;
+    warp->SetLens(lens);
+    warp->SetInputData(data);
+    warp->Update();
+    return warp->GetSolid();
+  };
+  const SurfaceMesh ball =
+      testing::Sphere(lens.PointAtDepth({480, 270}, 120), Vec3::Constant(6), 2);
+  EXPECT_TRUE(is_solid(ball));
+  EXPECT_TRUE(is_solid(ball, true)) << "faces of a cut belong to it";
+  SurfaceMesh open = ball;
+  open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
+  EXPECT_FALSE(is_solid(open));
+  SurfaceMesh inside_out = ball;
+  inside_out.triangles.col(0).swap(inside_out.triangles.col(1));
+  EXPECT_FALSE(is_solid(inside_out));
+  EXPECT_FALSE(is_solid(testing::Sphere(lens.Center(), Vec3::Constant(50), 3)));
+}
+
 TEST(LensWarp, EmptyInputGivesEmptyOutput) {
   vtkNew<vtkKerfLensWarp> warp;
   warp->SetLens(testing::StrongLens());

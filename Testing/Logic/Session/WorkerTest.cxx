@@ -5,6 +5,7 @@
 #include <mutex>
 #include <thread>
 
+#include "CaseIO/JournalRead.h"
 #include "Core/Errors.h"
 #include "CrackedBand.h"
 #include "Session/IntraoperativeWorker.h"
@@ -29,7 +30,9 @@ bool Within(double seconds, F condition) {
 struct Log {
   std::mutex mutex;
   std::vector<std::string> events;
+  std::vector<JournalEntry> entries;  ///< the same, with what belongs to them
   std::vector<int> frames;
+  Points positions;  ///< after the last of them
   std::atomic<int> recorded{0};
   std::atomic<bool> finished{false};
   int full_at = 1 << 20;
@@ -50,13 +53,15 @@ class LogSink : public IntraoperativeSink {
     frame.time_s = time_s;
     return frame;
   }
-  void Registered(const SessionFrame& frame, const RegistrationState&) override {
+  void Registered(const SessionFrame& frame, const RegistrationState& state) override {
     const std::lock_guard lock(log_->mutex);
     log_->frames.push_back(frame.frame);
+    log_->positions = state.positions;
   }
-  void Say(double, int, const std::string& event, const JournalData&) override {
+  void Say(double time_s, int frame, const std::string& event, const JournalData& data) override {
     const std::lock_guard lock(log_->mutex);
     log_->events.push_back(event);
+    log_->entries.push_back({time_s, frame, event, data});
   }
   void Finish(const RegistrationState&, const SessionFrame&) override { log_->finished = true; }
 
@@ -200,6 +205,38 @@ TEST(Worker, WhatThrowsEndsTheRegistrationAndNothingElse) {
   EXPECT_TRUE(scene.log->finished) << "what was recorded is completed";
   EXPECT_EQ(scene.worker->RecordingProblem(), "");
   EXPECT_EQ(scene.log->frames.size(), 20u);
+}
+
+/// The decisions of a session again, between the same frames, in one thread and without a clock.
+Points DoneAgain(const Log& log) {
+  BandRun run(true, false);
+  auto entry = log.entries.begin();
+  for (const int frame : log.frames) {
+    for (; entry != log.entries.end() && entry->frame <= frame; ++entry)
+      if (auto decision = DecisionOf(*entry, "journal")) Decide(run.session.get(), &*decision);
+    run.Next();  // waits for a search that was not late then
+  }
+  return run.State().positions;
+}
+
+TEST(Worker, FramesGoOnWhileASearchIsLateAndAReplayTakesItsAnswerInTheSameFrame) {
+  Scene scene(false);
+  // Pictures come faster than the search is given for; there is one after another.
+  ASSERT_TRUE(Within(60, [&] {
+    return scene.log->Has(EventName(Kind::HoldSearch)) &&
+           scene.log->Has(EventName(Kind::TakeSearch));
+  }));
+  scene.worker->Stop();
+  const Log& log = *scene.log;
+  int late = -1, ready = -1;
+  for (const JournalEntry& entry : log.entries) {
+    if (entry.event == EventName(Kind::HoldSearch) && late < 0) late = entry.frame;
+    if (entry.event == EventName(Kind::TakeSearch) && ready < 0) ready = entry.frame;
+  }
+  EXPECT_GT(ready, late) << "at least one frame was registered meanwhile";
+  const Points again = DoneAgain(log);
+  ASSERT_EQ(again.rows(), log.positions.rows());
+  EXPECT_TRUE(again == log.positions);
 }
 
 TEST(Worker, TheStateBeforeACutIsKept) {

@@ -67,6 +67,17 @@ struct Page {
     for (int i = 0; i < list->count(); ++i) all += list->item(i)->text() + "\n";
     return all;
   }
+  /// Presses Export. @return whether all files are there and none is empty
+  bool Exports() {
+    Click("export");
+    auto* files = Find<QListWidget>("exported");
+    if (!QTest::qWaitFor([&] { return files->count() > 20; }, 60000)) return false;
+    const std::filesystem::path session = widget->Desk().SessionPath();
+    for (int i = 0; i < files->count(); ++i)
+      if (std::filesystem::file_size(session / files->item(i)->text().toStdString()) == 0)
+        return false;
+    return true;
+  }
   std::unique_ptr<qKerfIntraoperativeWidget> widget;
   QStringList problems;
 };

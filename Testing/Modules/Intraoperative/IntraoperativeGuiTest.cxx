@@ -1,6 +1,7 @@
 // A session with real mouse and key events, on the phantom: from the check-in to a cut by hand.
 #include "IntraoperativeGuiTest.h"
 
+#include <QDoubleSpinBox>
 #include <filesystem>
 
 #include "Support/ImageSimilarity.h"
@@ -224,6 +225,73 @@ void IntraoperativeGuiTest::ACutIsDrawnByHandAndUndone() {
   QTRY_VERIFY_WITH_TIMEOUT(page_->Latest()->cuts.back().state == CutItem::State::Rejected, 10000);
   QTRY_VERIFY(page_->Latest()->tetrahedra < drawn);  // cut anew without it
   QVERIFY(page_->Latest()->cuts.front().state == CutItem::State::Applied);
+}
+
+namespace {
+
+/// Pixels of the alarm's red, as the overlay writes and the strip below it is coloured.
+int Reds(const QImage& picture) {
+  int reds = 0;
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x) {
+      const QColor c = picture.pixelColor(x, y);
+      reds += c.red() > 160 && c.green() < 100 && c.blue() < 95 && c.red() > c.blue() + 90;
+    }
+  return reds;
+}
+
+}  // namespace
+
+void IntraoperativeGuiTest::ACutTooNearTheTumourRaisesTheAlarm() {
+  auto* strip = page_->Find<QLabel>("margin");
+  auto* alarm = page_->Find<QDoubleSpinBox>("alarm");
+  const auto figure = [&] {  // where the overlay writes the distance, right above
+    return page_->widget->View()->Picture().copy(560, 0, 400, 130);
+  };
+  const auto says_it = [&] {  // the model settles for some frames after a decision
+    return strip->text().contains(QString::number(page_->Latest()->margin_mm, 'f', 1));
+  };
+  // Wide enough now: the distance alone.
+  QTest::qWait(500);
+  const double wide_mm = page_->Latest()->margin_mm;
+  alarm->setFocus();
+  alarm->selectAll();
+  QTest::keyClicks(alarm, QString::number(std::min(5.0, wide_mm - 1.0), 'f', 1));
+  QTest::keyClick(alarm, Qt::Key_Return);
+  const double below_mm = alarm->value();
+  QVERIFY2(below_mm > 1.0 && below_mm < wide_mm, qPrintable(QString::number(wide_mm)));
+  QTest::qWait(200);
+  QTRY_VERIFY(says_it());
+  const int calm_strip = Reds(strip->grab().toImage()), calm_figure = Reds(figure());
+  // A cut right beside the tumour, by hand.
+  const auto latest = page_->Latest();
+  const auto tumour = std::find_if(latest->structures.begin(), latest->structures.end(),
+                                   [](const auto& part) { return part.name == "tumour"; });
+  QVERIFY(tumour != latest->structures.end());
+  const CameraModel& camera = page_->widget->Desk().Camera();
+  Vec2 low(1e9, 1e9), high(-1e9, -1e9);
+  for (Index i = 0; i < tumour->surface.points.rows(); ++i) {
+    const Vec2 p = camera.Project(tumour->surface.points.row(i).transpose());
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double x = low.x() - 4.0, reach = 0.5 * (high.y() - low.y()) + 30.0;
+  const double y = 0.5 * (low.y() + high.y());
+  page_->Key(Qt::Key_D);
+  page_->Drag({x, y + reach}, {x, y - reach});
+  QTRY_VERIFY2_WITH_TIMEOUT(page_->Latest()->margin_mm < below_mm,
+                            qPrintable(QString::number(page_->Latest()->margin_mm)), 10000);
+  QTest::qWait(300);
+  Keep("alarm");
+  QTRY_VERIFY(says_it());
+  QVERIFY(Reds(strip->grab().toImage()) > calm_strip + strip->width() * strip->height() / 3);
+  QVERIFY2(Reds(figure()) > calm_figure + 100, qPrintable(QString::number(Reds(figure()))));
+  // Without the cut the alarm goes.
+  page_->Key(Qt::Key_Z);
+  QTRY_VERIFY_WITH_TIMEOUT(page_->Latest()->margin_mm > below_mm, 10000);
+  QTest::qWait(300);
+  QVERIFY(Reds(strip->grab().toImage()) <= calm_strip + 20);
+  QVERIFY(Reds(figure()) < calm_figure + 50);
 }
 
 void IntraoperativeGuiTest::Keep(const QString& name) {

@@ -21,6 +21,7 @@ class IntraoperativeGuiTest : public QObject {
   void TheCutIsProposedAcceptedRejectedAndUndone();
   void OneKeySwitchesTheOverlayOffAndPresetsChangeIt();
   void ACutIsDrawnByHandAndUndone();
+  void ACutTooNearTheTumourRaisesTheAlarm();
   // RecordedSessionGuiTest.cxx: what is left of it.
   void TheSessionIsCompleteExportedAndReplayedBitByBit();
   void TheSessionIsPlayedAgainInTheWindow();
