@@ -240,9 +240,11 @@ CoarseSpace::Change CoarseSpace::Split(const ElementField& field,
   return nested && vanished.empty() ? Change::kGrown : Change::kOther;
 }
 
-CoarseSpace::Change CoarseSpace::Apply(const Workers& workers, const std::vector<Vec3>& rest,
-                                       const ElementField& field,
-                                       const ElementField::Patch& patch) {
+void CoarseSpace::FollowVertices(const std::vector<Vec3>& rest, const ElementField& field,
+                                 const ElementField::Patch& patch) {
+  // Tetrahedra of other shapes belong to no cell any more, or to another one.
+  if (!patch.only_copies)
+    for (Index v : patch.left) stale_[cell_[v]] = 1;
   rows_.resize(rest.size());
   node_.resize(4 * rest.size(), -1);
   cell_.resize(rest.size(), 0);
@@ -251,29 +253,36 @@ CoarseSpace::Change CoarseSpace::Apply(const Workers& workers, const std::vector
       rows_[v] = {};
       std::fill_n(node_.begin() + 4 * v, 4, -1);
     }
+  for (Index v : patch.new_vertices) SetRow(rest[v], v);
+}
+
+void CoarseSpace::FollowChunk(const ElementField& field, Index chunk) {
+  links_[chunk] = LinkChunk(field.Chunks()[chunk]);
+}
+
+CoarseSpace::Change CoarseSpace::FollowNodes(const ElementField& field,
+                                             const ElementField::Patch& patch) {
   // Only a vertex that came as a copy can have cut the support of a node in two.
-  std::vector<char> flagged(functions_of_node_.size(), 0), is_old(rest.size(), 1);
+  std::vector<char> flagged(functions_of_node_.size(), 0), is_old(rows_.size(), 1);
   for (Index v : patch.new_vertices) {
-    SetRow(rest[v], v);
     is_old[v] = 0;
     for (int k = 0; k < 4; ++k)
       if (node_[4 * v + k] >= 0) flagged[node_[4 * v + k]] = 1;
   }
-  workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
-    links_[patch.chunks[which]] = LinkChunk(field.Chunks()[patch.chunks[which]]);
-  });
   const bool is_extended = extended_ == grown_.size();
   std::vector<Index> changed;
   const Change change = Split(field, flagged, is_old, &changed);
   // With the same functions, a copy moves as its original does: the Galerkin matrix is what it was.
-  if (change == Change::kNone) return change;
-  std::vector<char> is_changed(rest.size(), 0);
+  if (change == Change::kNone && patch.only_copies) return change;
+  std::vector<char> is_changed(rows_.size(), 0);
   for (Index v : changed) is_changed[v] = 1;
   for (Index v : patch.new_vertices) is_changed[v] = 1;
-  const std::vector<CellLanes> cells = LanesAt(field, is_changed, 4);
+  std::vector<CellLanes> cells = LanesAt(field, is_changed, 4);
   for (const CellLanes& cell : cells) stale_[cell.cell] = 1;
+  // Tetrahedra of other shapes at the same functions are little of their matrix: it waits for them.
+  if (change == Change::kNone) return change;
   if (change == Change::kOther || !is_extended) return Change::kOther;
-  AssembleGrown(workers, field, cells);
+  grown_cells_ = std::move(cells);
   return change;
 }
 

@@ -27,9 +27,15 @@ class CoarseSpace {
   /// How the functions changed: not at all, by some that part of another one's support split off,
   /// or in a way that the factor cannot follow.
   enum class Change { kNone, kGrown, kOther };
-  /// Rows of new vertices; functions whose support fell apart are split.
-  Change Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
-               const ElementField::Patch& patch);
+  /// Following a change of topology takes three steps: rows of new vertices; what hangs together
+  /// within one of the rebuilt chunks (independent of the others); functions whose support fell
+  /// apart are split.
+  void FollowVertices(const std::vector<Vec3>& rest, const ElementField& field,
+                      const ElementField::Patch& patch);
+  void FollowChunk(const ElementField& field, Index chunk);
+  Change FollowNodes(const ElementField& field, const ElementField::Patch& patch);
+  /// What the functions that FollowNodes has split off have in common with others.
+  void AssembleGrown(const Workers& workers, const ElementField& field);
   /// PᵀKP, loads and vertex anchors, factored. K is taken at rest: the frame follows the organ's
   /// rigid motion, and what was assembled at different times goes together.
   /// @param anchor g/s² by inner vertex
@@ -87,10 +93,6 @@ class CoarseSpace {
   std::vector<CellLanes> LanesAt(const ElementField& field, const std::vector<char>& vertices,
                                  int corners) const;
   void AssembleStale(const Workers& workers, const ElementField& field);
-  /// What functions new since the factor was made have in common with others. @param cells all
-  /// tetrahedra that they reach
-  void AssembleGrown(const Workers& workers, const ElementField& field,
-                     const std::vector<CellLanes>& cells);
   /// Pairs with a wanted function.
   Part AssembleCell(const ElementField& field, const Lanes& lanes,
                     const std::vector<char>& wanted) const;
@@ -113,7 +115,8 @@ class CoarseSpace {
   std::vector<std::vector<std::uint16_t>> links_;  ///< by chunk
   std::vector<Part> parts_;                        ///< by cell
   std::vector<char> stale_;                        ///< by cell: its part is out of date
-  std::vector<Part> grown_parts_;                  ///< see AssembleGrown
+  std::vector<CellLanes> grown_cells_;  ///< all tetrahedra that functions split off reach
+  std::vector<Part> grown_parts_;       ///< see AssembleGrown
   BandCholesky factor_;
   mutable std::vector<float> work_;
 };

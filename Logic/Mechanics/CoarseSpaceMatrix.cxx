@@ -58,15 +58,16 @@ void CoarseSpace::AssembleStale(const Workers& workers, const ElementField& fiel
   });
 }
 
-void CoarseSpace::AssembleGrown(const Workers& workers, const ElementField& field,
-                                const std::vector<CellLanes>& cells) {
+void CoarseSpace::AssembleGrown(const Workers& workers, const ElementField& field) {
+  if (grown_cells_.empty()) return;
   std::vector<char> is_new(FunctionCount(), 0);
   for (std::size_t f = extended_; f < grown_.size(); ++f) is_new[grown_[f]] = 1;
-  grown_parts_.resize(cells.size());
-  workers.ForChunks(static_cast<Index>(cells.size()), 2, [&](Index begin, Index end) {
+  grown_parts_.resize(grown_cells_.size());
+  workers.ForChunks(static_cast<Index>(grown_cells_.size()), 2, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i)
-      grown_parts_[i] = AssembleCell(field, cells[i].lanes, is_new);
+      grown_parts_[i] = AssembleCell(field, grown_cells_[i].lanes, is_new);
   });
+  grown_cells_.clear();
 }
 
 CoarseSpace::Part CoarseSpace::AssembleCell(const ElementField& field, const Lanes& lanes,

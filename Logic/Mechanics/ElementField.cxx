@@ -139,17 +139,16 @@ void ElementField::MeasureChunk(Chunk* chunk) {
     while (part[v] != v) v = part[v] = part[part[v]];
     return v;
   };
-  for (std::size_t i = 0; i < chunk->tet.size(); ++i) {
+  for (std::size_t i = 0; i < chunk->tet.size(); i += 8) {
     const ElementBlock& block = chunk->blocks[i / 8];
-    const int lane = static_cast<int>(i % 8);
-    Mat3 B;
-    for (int k = 0; k < 9; ++k) B(k) = static_cast<double>(block.B[k][lane]);
-    const float quarter = static_cast<float>(1.0 / (24.0 * B.determinant()));
-    for (int a = 0; a < 4; ++a) {
-      chunk->volume_mm3[block.corner[a][lane]] += quarter;
-      const std::uint16_t p = root(block.corner[0][lane]), q = root(block.corner[a][lane]);
-      part[std::max(p, q)] = std::min(p, q);
-    }
+    const simd::F8 quarter = QuarterVolumes(block);
+    const int lanes = static_cast<int>(std::min<std::size_t>(8, chunk->tet.size() - i));
+    for (int lane = 0; lane < lanes; ++lane)
+      for (int a = 0; a < 4; ++a) {
+        chunk->volume_mm3[block.corner[a][lane]] += quarter[lane];
+        const std::uint16_t p = root(block.corner[0][lane]), q = root(block.corner[a][lane]);
+        part[std::max(p, q)] = std::min(p, q);
+      }
   }
   for (std::size_t v = 0; v < part.size(); ++v) part[v] = root(static_cast<std::uint16_t>(v));
 }

@@ -38,6 +38,9 @@ class ElementField {
     std::vector<std::array<Index, 4>> parents;  ///< theirs, in the inner numbers before
     std::vector<Index> origins;                 ///< the parent of most weight: of a copy, its only
     std::vector<Index> chunks;                  ///< rebuilt chunks
+    bool only_copies = true;  ///< new vertices are copies of others, where those were
+    std::vector<Index> left;  ///< first corners, in the inner numbers before, of tetrahedra that
+                              ///< are gone or have other corners
   };
 
   /// A few tetrahedra apart from their chunks, with a numbering of their own.

@@ -64,7 +64,7 @@ void ElementField::RenumberVertices(const TopologyChange& change, Patch* patch) 
     for (int k = 0; k < 4; ++k) parents[k] = inner_of_outer_[change.vertex_parents[v][k]];
     patch->parents.push_back(parents);
     int heaviest = 0;
-    change.vertex_weights.row(v).maxCoeff(&heaviest);
+    patch->only_copies &= change.vertex_weights.row(v).maxCoeff(&heaviest) == 1.0;
     patch->origins.push_back(parents[heaviest]);
   }
   inner_of_outer_ = std::move(inner_of_outer);
@@ -77,41 +77,58 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
   Patch patch;
   RenumberVertices(change, &patch);
   // Only tetrahedra at new vertices can have other corners than before.
-  enum : char { kNew, kSame, kOtherCorners };
-  std::vector<char> is_new_vertex(mesh.VertexCount(), 0), kind(mesh.TetCount(), kNew);
+  std::vector<char> is_new_vertex(mesh.VertexCount(), 0), is_kept(mesh.TetCount(), 0);
   for (Index inner : patch.new_vertices) is_new_vertex[outer_of_inner_[inner]] = 1;
-  for (Index kept : change.kept_tet)
-    if (kept >= 0) kind[kept] = kSame;
-  std::vector<Index> fresh_tets;
-  std::vector<char> is_parent(change.kept_tet.size(), 0);
-  for (Index t = 0; t < mesh.TetCount(); ++t) {
-    const Index* corner = mesh.tets.data() + 4 * t;
-    if (kind[t] == kNew) {
-      fresh_tets.push_back(t);
-      is_parent[change.parent_tet[t]] = 1;
-    } else if (is_new_vertex[corner[0]] | is_new_vertex[corner[1]] | is_new_vertex[corner[2]] |
-               is_new_vertex[corner[3]]) {
-      kind[t] = kOtherCorners;
+  // What becomes of each tetrahedron of before: two bits beside its new number, so that a chunk has
+  // one place to look at.
+  enum : Index { kIsParent = 1, kIsChanged = 2, kNumber = 4 };
+  std::vector<Index> fate(change.kept_tet.size());
+  for (std::size_t t = 0; t < fate.size(); ++t) {
+    const Index kept = change.kept_tet[t];
+    if (kept < 0) {
+      fate[t] = kIsChanged;
+      continue;
     }
+    is_kept[kept] = 1;
+    const Index* corner = mesh.tets.data() + 4 * kept;
+    const bool other_corners = is_new_vertex[corner[0]] | is_new_vertex[corner[1]] |
+                               is_new_vertex[corner[2]] | is_new_vertex[corner[3]];
+    fate[t] = kNumber * kept + (other_corners ? kIsChanged : 0);
   }
+  std::vector<Index> fresh_tets;
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    if (!is_kept[t]) {
+      fresh_tets.push_back(t);
+      fate[change.parent_tet[t]] |= kIsParent;
+    }
   // New tetrahedra join the chunk of their parent.
   std::vector<char> rebuilt(chunks_.size(), 0);
   std::vector<std::vector<std::pair<Index, Index>>> parents(chunks_.size());  // parent, its lane
+  std::vector<std::vector<Index>> left(chunks_.size());
   workers.ForChunks(static_cast<Index>(chunks_.size()), 1, [&](Index c, Index) {
     for (std::size_t i = 0; i < chunks_[c].tet.size(); ++i) {
       Index& t = chunks_[c].tet[i];
-      if (is_parent[t]) parents[c].emplace_back(t, static_cast<Index>(i));
-      t = change.kept_tet[t];
-      rebuilt[c] |= t < 0 || kind[t] == kOtherCorners;
+      const Index now = fate[t];
+      if (now & (kIsParent | kIsChanged)) {
+        rebuilt[c] = 1;
+        if (now & kIsParent) parents[c].emplace_back(t, static_cast<Index>(i));
+        if (now & kIsChanged)
+          left[c].push_back(chunks_[c].vertices[chunks_[c].blocks[i / 8].corner[0][i % 8]]);
+        t = change.kept_tet[t];
+      } else {
+        t = now / kNumber;
+      }
     }
-    rebuilt[c] |= !parents[c].empty();
     std::sort(parents[c].begin(), parents[c].end());
   });
   std::vector<std::pair<Index, Index>> children;  // parent, child
   for (Index t : fresh_tets) children.emplace_back(change.parent_tet[t], t);
   std::sort(children.begin(), children.end());
   for (std::size_t c = 0; c < chunks_.size(); ++c)
-    if (rebuilt[c]) patch.chunks.push_back(static_cast<Index>(c));
+    if (rebuilt[c]) {
+      patch.chunks.push_back(static_cast<Index>(c));
+      patch.left.insert(patch.left.end(), left[c].begin(), left[c].end());
+    }
   workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
     const Index c = patch.chunks[which];
     std::vector<std::pair<Index, Index>> added;  // tetrahedron, lane of its parent

@@ -218,6 +218,13 @@ Mat3 LaneRotation(const ElementState& state, int lane) {
       .toRotationMatrix();
 }
 
+simd::F8 QuarterVolumes(const ElementBlock& block) {
+  const F8* B = block.B;
+  const F8 determinant = B[0] * (B[4] * B[8] - B[5] * B[7]) + B[1] * (B[5] * B[6] - B[3] * B[8]) +
+                         B[2] * (B[3] * B[7] - B[4] * B[6]);
+  return (1.0f / 24.0f) / determinant;
+}
+
 void CopyLane(const ElementBlock& from, const ElementState& from_state, int from_lane, int lane,
               ElementBlock* to, ElementState* to_state) {
   for (int i = 0; i < 9; ++i) to->B[i][lane] = from.B[i][from_lane];

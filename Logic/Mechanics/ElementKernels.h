@@ -27,6 +27,8 @@ void SetLaneRotation(const Mat3& R, const ElementBlock& block, int lane, Element
 Mat3 LaneRotation(const ElementState& state, int lane);
 /// R ∇N of all four corners, 1/mm, as columns.
 Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane);
+/// A quarter of the volume of each tetrahedron, mm³.
+simd::F8 QuarterVolumes(const ElementBlock& block);
 void CopyLane(const ElementBlock& from, const ElementState& from_state, int from_lane, int lane,
               ElementBlock* to, ElementState* to_state);
 

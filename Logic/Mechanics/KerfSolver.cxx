@@ -30,6 +30,8 @@ constexpr double kStillMm = 0.0003;
 constexpr double kAnchorFraction = 1e-3;
 /// A component without any spring is held by the inertia of a time step of this length.
 constexpr double kFreeTimeStep_s = 0.04;
+/// Memory is at hand for so many vertices more, a part of those at the start: what a cut adds.
+constexpr Index kRoomToGrow = 8;
 
 Eigen::Map<Vec3> At(std::vector<double>* positions, Index v) {
   return Eigen::Map<Vec3>(positions->data() + 3 * v);
@@ -44,7 +46,7 @@ void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   field_.Reset(mesh, material);
   center_ = Vec3::Zero();
   if (mesh.VertexCount() > 0) center_ = mesh.rest.colwise().mean().transpose();
-  SetRest();
+  SetRest(mesh);
   MeasureComponents();
   preconditioner_.Reset(workers_, rest_, field_);
   x_.clear();
@@ -54,12 +56,20 @@ void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   modes_.Clear();
   tip_.clear();
   was_cut_ = false;
+  Reserve(field_.VertexCount() + field_.VertexCount() / kRoomToGrow);
 }
 
-void KerfSolver::SetRest() {
+void KerfSolver::Reserve(Index vertices) {
+  for (std::vector<simd::F4>* values :
+       {&x32_, &residual_, &solved_residual_, &smooth_, &direction_, &step_})
+    values->assign(vertices, {});
+  modes_.Reserve(vertices);
+}
+
+void KerfSolver::SetRest(const TetMesh& mesh) {
   rest_.assign(field_.VertexCount(), Vec3::Zero());
-  for (Index v = 0; v < mesh_.VertexCount(); ++v)
-    rest_[field_.Inner(v)] = mesh_.rest.row(v).transpose() - center_;
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    rest_[field_.Inner(v)] = mesh.rest.row(v).transpose() - center_;
 }
 
 void KerfSolver::MeasureComponents() {
@@ -79,21 +89,18 @@ void KerfSolver::Apply(const TopologyChange& change) {
 }
 
 void KerfSolver::Follow(const TopologyChange& change) {
-  ElementField::Patch patch;
-  const auto keep_caller = [&] {
+  const ElementField::Patch patch = field_.Apply(workers_, change.mesh, material_, change);
+  SetRest(change.mesh);
+  preconditioner_.FollowChunks(workers_, rest_, field_, patch);
+  const auto follow_vertices = [&] {
+    MapInner(change, patch);
+    MeasureComponents();
     mesh_ = change.mesh;
     // The caller maps its positions in the same way, so the next call recognizes the pose.
     if (last_positions_.rows() > 0) last_positions_ = change.MapVertexField(last_positions_);
   };
-  workers_.Both(keep_caller,
-                [&] { patch = field_.Apply(workers_, change.mesh, material_, change); });
-  SetRest();
-  workers_.Both(
-      [&] {
-        MapInner(change, patch);
-        MeasureComponents();
-      },
-      [&] { preconditioner_.Apply(workers_, rest_, field_, patch); });
+  workers_.Both([&] { preconditioner_.FollowNodes(field_, patch); }, follow_vertices);
+  preconditioner_.FollowSplits(workers_, field_);
   tip_.insert(tip_.end(), patch.new_vertices.begin(), patch.new_vertices.end());
   tip_.insert(tip_.end(), patch.origins.begin(), patch.origins.end());
   was_cut_ = renumbered_ = true;
@@ -144,7 +151,7 @@ bool KerfSolver::Synchronize(const Points& positions) {
 }
 
 double KerfSolver::Linearize(bool only_stale) {
-  workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+  workers_.ForChunks(field_.VertexCount(), VertexChunk(), [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v)
       x32_[v] = {static_cast<float>(x_[3 * v]), static_cast<float>(x_[3 * v + 1]),
                  static_cast<float>(x_[3 * v + 2]), 0.0f};
@@ -183,7 +190,7 @@ void KerfSolver::SetAnchors(const Points& positions, const Points* velocities,
 }
 
 double KerfSolver::AnchorEnergy() const {
-  return workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+  return workers_.SumChunks(field_.VertexCount(), VertexChunk(), [&](Index begin, Index end) {
     double sum = 0.0;
     for (Index v = begin; v < end; ++v)
       for (int i = 0; i < 3; ++i) {
@@ -195,7 +202,7 @@ double KerfSolver::AnchorEnergy() const {
 }
 
 void KerfSolver::MoveBy(double length) {
-  workers_.ForChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+  workers_.ForChunks(field_.VertexCount(), VertexChunk(), [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       x_[3 * v] += length * static_cast<double>(step_[v].x);
       x_[3 * v + 1] += length * static_cast<double>(step_[v].y);

@@ -28,12 +28,17 @@ class KerfSolver final : public ElasticSolver {
     double gap_nJ = 0.0;  ///< bound of what its quadratic model has still to gain
   };
 
-  static constexpr Index kVertexChunk = 1024;
   /// The iteration sees the lower end of the spectrum from above.
   static constexpr double kGapSafety = 1.5;
 
-  Index VertexChunks() const { return (field_.VertexCount() + kVertexChunk - 1) / kVertexChunk; }
-  void SetRest();
+  /// Vertices per chunk: enough chunks for several threads, large ones where there are many (each
+  /// has a sum over the coarse functions of its own).
+  Index VertexChunk() const {
+    return std::clamp<Index>(field_.VertexCount() / 16 / 64 * 64, 128, 1024);
+  }
+  Index VertexChunks() const { return (field_.VertexCount() + VertexChunk() - 1) / VertexChunk(); }
+  void Reserve(Index vertices);
+  void SetRest(const TetMesh& mesh);
   void MeasureComponents();
   /// Apply, among the threads.
   void Follow(const TopologyChange& change);

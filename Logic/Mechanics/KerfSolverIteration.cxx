@@ -1,6 +1,7 @@
 // The linear solves of KerfSolver: conjugate gradients with the two-level preconditioner.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "Mechanics/KerfSolver.h"
 
@@ -23,6 +24,10 @@ constexpr double kCgReduction = 0.003;
 constexpr double kNothingLeft = 1e-10;
 /// Part of the energy's tolerance that a linear solve may leave, by the bound of its iteration.
 constexpr double kGapPart = 0.25;
+
+/// A linear solve that leaves no vertex off by more than this, as M⁻¹r has it, has done enough for
+/// the vertices: close to rest, rᵀM⁻¹r relative to the energy asks for far more.
+constexpr double kFineMm = 0.0025;
 
 /// The tridiagonal matrix of an iteration: it has the ends of the spectrum of M⁻¹H as its own.
 void Tridiagonal(const std::vector<double>& alphas, const std::vector<double>& betas,
@@ -58,7 +63,7 @@ double ErrorFactor(const std::vector<double>& alphas, const std::vector<double>&
 
 double KerfSolver::GapAfter(const LinearSolve& solve, double start_nJ) const {
   const double overlap =
-      workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+      workers_.SumChunks(field_.VertexCount(), VertexChunk(), [&](Index begin, Index end) {
         double sum = 0.0;
         for (Index v = begin; v < end; ++v)
           sum += static_cast<double>(
@@ -92,10 +97,10 @@ double KerfSolver::Residual(double* largest_uN) {
     for (Index v = begin; v < end; ++v)
       most = std::max(
           {most, std::abs(residual_[v].x), std::abs(residual_[v].y), std::abs(residual_[v].z)});
-    largest[begin / kVertexChunk] = most;
+    largest[begin / VertexChunk()] = most;
     return SmoothChunk(begin, end);
   };
-  const double product = workers_.SumChunks(field_.VertexCount(), kVertexChunk, chunk);
+  const double product = workers_.SumChunks(field_.VertexCount(), VertexChunk(), chunk);
   *largest_uN = static_cast<double>(*std::max_element(largest.begin(), largest.end()));
   return product + CorrectCoarse();
 }
@@ -135,7 +140,7 @@ bool KerfSolver::CorrectPatch() {
 }
 
 double KerfSolver::SmoothChunk(Index begin, Index end) {
-  std::vector<F4>& sums = coarse_parts_[begin / kVertexChunk];
+  std::vector<F4>& sums = coarse_parts_[begin / VertexChunk()];
   sums.assign(preconditioner_.FunctionCount(), F4{});
   double sum = 0.0;
   for (Index v = begin; v < end; ++v) {
@@ -144,7 +149,7 @@ double KerfSolver::SmoothChunk(Index begin, Index end) {
     sum += static_cast<double>(simd::Dot3(r, z));
     preconditioner_.Restrict(v, r, sums.data());
   }
-  modes_.DotChunk(begin / kVertexChunk, begin, end, residual_.data());
+  modes_.DotChunk(begin / VertexChunk(), begin, end, residual_.data());
   return sum;
 }
 
@@ -169,7 +174,7 @@ double KerfSolver::Direct(float beta, int iteration, double* farthest_mm) {
   const __m128 b = _mm_set1_ps(beta);
   F4* record = was_cut_ ? modes_.Record(iteration, field_.VertexCount()) : nullptr;
   const double curvature =
-      workers_.SumChunks(field_.VertexCount(), kVertexChunk, [&](Index begin, Index end) {
+      workers_.SumChunks(field_.VertexCount(), VertexChunk(), [&](Index begin, Index end) {
         double sum = 0.0;
         float most = 0.0f;
         for (Index v = begin; v < end; ++v) {
@@ -182,7 +187,7 @@ double KerfSolver::Direct(float beta, int iteration, double* farthest_mm) {
           sum += static_cast<double>(anchor_[v] * simd::Dot3(p, p));
           most = std::max(most, simd::Dot3(z, z));
         }
-        farthest[begin / kVertexChunk] = most;
+        farthest[begin / VertexChunk()] = most;
         return sum;
       });
   const float most = farthest.empty() ? 0.0f : *std::max_element(farthest.begin(), farthest.end());
@@ -197,7 +202,7 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_c
   std::fill(step_.begin(), step_.end(), F4{});
   const Index chunks = static_cast<Index>(field_.Chunks().size());
   std::vector<double> alphas, betas, products;
-  double rz = start_nJ, farthest = 0.0;
+  double rz = start_nJ, farthest = std::numeric_limits<double>::infinity();
   Eigen::VectorXd diagonal, off;
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum;
   // What the step gains, as its model has it, lowers the energy that the gap is relative to.
@@ -214,7 +219,7 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_c
     return lowest;
   };
   const auto enough = [&] {
-    if (rz > target) return false;
+    if (rz > target && farthest > kFineMm * std::sqrt(lowest_ratio_)) return false;
     measure(Eigen::EigenvaluesOnly);
     return solve.gap_nJ <=
            kGapPart * (goal.tolerance * std::max(0.0, goal.energy_nJ - gained) + goal.floor_nJ);
@@ -243,7 +248,7 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_c
       });
       return SmoothChunk(begin, end);
     };
-    const double smoothed = workers_.SumChunks(field_.VertexCount(), kVertexChunk, update);
+    const double smoothed = workers_.SumChunks(field_.VertexCount(), VertexChunk(), update);
     const double next = smoothed + CorrectCoarse();
     const double beta = next / rz;
     alphas.push_back(alpha);

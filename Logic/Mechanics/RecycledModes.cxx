@@ -10,13 +10,19 @@ constexpr int kMostPerSolve = 2, kMostRecords = 16;
 constexpr double kSoft = 0.25;
 /// Ritz vectors of a shorter iteration are not worth keeping.
 constexpr Index kShortest = 6;
-constexpr Index kVertexChunk = 1024;
+constexpr Index kVertexChunk = 256;
 
 }  // namespace
 
 void RecycledModes::Clear() {
   count_ = next_ = 0;
   motion_.clear();
+}
+
+void RecycledModes::Reserve(Index vertices) {
+  motion_.assign(vertices * kModes, {});
+  records_.resize(kMostRecords);
+  for (std::vector<simd::F4>& record : records_) record.assign(vertices, {});
 }
 
 void RecycledModes::Apply(const ElementField& field, const TopologyChange& change,
@@ -41,7 +47,7 @@ void RecycledModes::Apply(const ElementField& field, const TopologyChange& chang
 
 simd::F4* RecycledModes::Record(int iteration, Index vertices) {
   if (iteration >= kMostRecords) return nullptr;
-  if (static_cast<int>(records_.size()) <= iteration) records_.resize(iteration + 1);
+  records_.resize(kMostRecords);
   records_[iteration].resize(vertices);
   return records_[iteration].data();
 }

@@ -14,6 +14,8 @@ namespace kerf {
 class RecycledModes {
  public:
   void Clear();
+  /// Memory for so many vertices, written once: the first frame of a cut is no time to fetch pages.
+  void Reserve(Index vertices);
   /// New vertices take part as those do that they stem from.
   void Apply(const ElementField& field, const TopologyChange& change,
              const ElementField::Patch& patch);

@@ -21,45 +21,57 @@ void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec
   std::vector<Index> chunks(field.Chunks().size());
   std::iota(chunks.begin(), chunks.end(), 0);
   coarse_change_ = CoarseSpace::Change::kOther;
-  RefreshDiagonal(workers, field, chunks);
+  workers.ForChunks(static_cast<Index>(chunks.size()), 1,
+                    [&](Index c, Index) { RefreshDiagonal(field, c); });
+  diagonal_stale_ = std::move(chunks);
 }
 
-void TwoLevelPreconditioner::Apply(const Workers& workers, const std::vector<Vec3>& rest,
-                                   const ElementField& field, const ElementField::Patch& patch) {
+void TwoLevelPreconditioner::FollowChunks(const Workers& workers, const std::vector<Vec3>& rest,
+                                          const ElementField& field,
+                                          const ElementField::Patch& patch) {
   was_cut_ = true;
-  coarse_change_ = std::max(coarse_change_, coarse_.Apply(workers, rest, field, patch));
   factored_anchor_.resize(field.VertexCount(), 0.0f);
   factored_.resize(field.VertexCount(), 0.0f);
   std::vector<Index> origin;
   for (const Index parent : patch.origins) origin.push_back(origin_[parent]);
   origin_.resize(field.VertexCount());
   for (std::size_t i = 0; i < origin.size(); ++i) origin_[patch.new_vertices[i]] = origin[i];
-  RefreshDiagonal(workers, field, patch.chunks);
+  coarse_.FollowVertices(rest, field, patch);
+  workers.ForChunks(static_cast<Index>(patch.chunks.size()), 1, [&](Index which, Index) {
+    RefreshDiagonal(field, patch.chunks[which]);
+    coarse_.FollowChunk(field, patch.chunks[which]);
+  });
+  diagonal_stale_.insert(diagonal_stale_.end(), patch.chunks.begin(), patch.chunks.end());
 }
 
-void TwoLevelPreconditioner::RefreshDiagonal(const Workers& workers, const ElementField& field,
-                                             const std::vector<Index>& chunks) {
-  diagonal_stale_.insert(diagonal_stale_.end(), chunks.begin(), chunks.end());
-  workers.ForChunks(static_cast<Index>(chunks.size()), 1, [&](Index which, Index) {
-    const ElementField::Chunk& chunk = field.Chunks()[chunks[which]];
-    std::vector<Diagonal>& diagonal = diagonal_[chunks[which]];
-    diagonal.assign(chunk.vertices.size(), Diagonal{});
-    for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
-      const ElementBlock& block = chunk.blocks[i / 8];
-      const int lane = static_cast<int>(i % 8);
-      const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
-      const float mu = 0.5f * block.two_mu[lane], lambda = block.lambda[lane];
-      for (int a = 0; a < 4; ++a) {
-        const Eigen::Vector3f h = g.col(a);
-        Diagonal& d = diagonal[block.corner[a][lane]];
-        const float own = mu * h.squaredNorm();
-        for (int r = 0; r < 3; ++r) d[r] += (lambda + mu) * h[r] * h[r] + own;
-        d[3] += (lambda + mu) * h.y() * h.z();
-        d[4] += (lambda + mu) * h.x() * h.z();
-        d[5] += (lambda + mu) * h.x() * h.y();
-      }
+void TwoLevelPreconditioner::FollowNodes(const ElementField& field,
+                                         const ElementField::Patch& patch) {
+  coarse_change_ = std::max(coarse_change_, coarse_.FollowNodes(field, patch));
+}
+
+void TwoLevelPreconditioner::FollowSplits(const Workers& workers, const ElementField& field) {
+  if (coarse_change_ == CoarseSpace::Change::kGrown) coarse_.AssembleGrown(workers, field);
+}
+
+void TwoLevelPreconditioner::RefreshDiagonal(const ElementField& field, Index chunk_index) {
+  const ElementField::Chunk& chunk = field.Chunks()[chunk_index];
+  std::vector<Diagonal>& diagonal = diagonal_[chunk_index];
+  diagonal.assign(chunk.vertices.size(), Diagonal{});
+  for (std::size_t i = 0; i < chunk.tet.size(); ++i) {
+    const ElementBlock& block = chunk.blocks[i / 8];
+    const int lane = static_cast<int>(i % 8);
+    const Eigen::Matrix<float, 3, 4> g = LaneGradients(chunk.states[i / 8], lane);
+    const float mu = 0.5f * block.two_mu[lane], lambda = block.lambda[lane];
+    for (int a = 0; a < 4; ++a) {
+      const Eigen::Vector3f h = g.col(a);
+      Diagonal& d = diagonal[block.corner[a][lane]];
+      const float own = mu * h.squaredNorm();
+      for (int r = 0; r < 3; ++r) d[r] += (lambda + mu) * h[r] * h[r] + own;
+      d[3] += (lambda + mu) * h.y() * h.z();
+      d[4] += (lambda + mu) * h.x() * h.z();
+      d[5] += (lambda + mu) * h.x() * h.y();
     }
-  });
+  }
 }
 
 void TwoLevelPreconditioner::Update(const Workers& workers, const ElementField& field,

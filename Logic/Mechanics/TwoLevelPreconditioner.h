@@ -10,8 +10,13 @@ namespace kerf {
 class TwoLevelPreconditioner {
  public:
   void Reset(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field);
-  void Apply(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field,
-             const ElementField::Patch& patch);
+  /// Following a change of topology takes three steps: what is done by vertices and rebuilt chunks
+  /// (shared among threads), what hangs together at nodes (not shared, beside other work), and
+  /// what nodes that were split have in common (shared).
+  void FollowChunks(const Workers& workers, const std::vector<Vec3>& rest,
+                    const ElementField& field, const ElementField::Patch& patch);
+  void FollowNodes(const ElementField& field, const ElementField::Patch& patch);
+  void FollowSplits(const Workers& workers, const ElementField& field);
   /// Loads or anchors may have changed: factors again if they differ enough from those factored (or
   /// after a refresh).
   void Update(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
@@ -51,8 +56,7 @@ class TwoLevelPreconditioner {
   };
   using Diagonal = std::array<float, 6>;  ///< xx yy zz yz xz xy
   CoarseSpace coarse_;
-  void RefreshDiagonal(const Workers& workers, const ElementField& field,
-                       const std::vector<Index>& chunks);
+  void RefreshDiagonal(const ElementField& field, Index chunk);
   /// @param stale by inner vertex
   void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
                       const std::vector<char>& stale);
