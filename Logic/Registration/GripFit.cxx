@@ -13,7 +13,9 @@ struct Misfit {
   Eigen::VectorXd depth;     ///< M, along, from the rest position
   Eigen::VectorXd weight;    ///< M, of robust least squares
   double approach_mm = 0.0;  ///< mean depth from rest
-  double cost = 0.0;
+  Eigen::VectorXd turn;      ///< 6G, rotation of each grip from rest, rad, at its parameters
+  double turn_cost = 0.0;
+  double cost = 0.0;  ///< of all
   double rms_mm = 0.0;
   double explained_share = 0.0;  ///< features within the robust scale
 };
@@ -52,7 +54,8 @@ Sights SightsOf(const BoundFeatures& bound, const Pixels& pixels, const std::vec
   return sights;
 }
 
-Misfit MisfitOf(const Sights& sights, const Points& positions, const TetMesh& mesh,
+Misfit MisfitOf(const Sights& sights, const Points& positions,
+                const std::vector<Eigen::Isometry3d>& motions, const TetMesh& mesh,
                 const GripFitOptions& options, double approach) {
   const double scale_mm = options.robust_scale_mm;
   const Points p = sights.at.Positions(positions, mesh.tets);
@@ -76,6 +79,13 @@ Misfit MisfitOf(const Sights& sights, const Points& positions, const TetMesh& me
   }
   out.approach_mm = m > 0 ? out.depth.mean() : 0.0;
   out.cost += approach * out.approach_mm * out.approach_mm;
+  out.turn = Eigen::VectorXd::Zero(6 * static_cast<Index>(motions.size()));
+  for (std::size_t g = 0; g < motions.size(); ++g) {
+    const Eigen::AngleAxisd turn(motions[g].linear());
+    out.turn.segment<3>(6 * static_cast<Index>(g) + 3) = turn.angle() * turn.axis();
+  }
+  out.turn_cost = options.turn_weight_mm2 * double(m) * out.turn.squaredNorm();
+  out.cost += out.turn_cost;
   out.rms_mm = weights > 0.0 ? std::sqrt(sum / weights) : 0.0;
   return out;
 }
@@ -299,7 +309,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     fit->frames_to_renewal = options.renewal_frames - 1;
   }
   const double approach = ApproachWeight(sights, fit->strain2, camera);
-  Misfit now = MisfitOf(sights, fit->positions, mesh, options, approach);
+  Misfit now = MisfitOf(sights, fit->positions, fit->motions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
   for (int step = 0; step < options.steps; ++step) {
     Eigen::MatrixXd across(2 * m, n), along(m, n);  // of the features by the parameters
@@ -317,7 +327,10 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     A += approach * mean_along * mean_along.transpose();
     const Eigen::VectorXd b = -(weighted.transpose() * now.residual) -
                               options.depth_weight * (along.transpose() * now.depth) -
-                              approach * now.approach_mm * mean_along;
+                              approach * now.approach_mm * mean_along -
+                              options.turn_weight_mm2 * double(m) * now.turn;
+    for (Index i = 0; i < n; ++i)
+      if (i % 6 >= 3) A(i, i) += options.turn_weight_mm2 * double(m);
     A.diagonal() += fit->lambda * A.diagonal();
     const Eigen::VectorXd q = A.ldlt().solve(b);
     if (!q.allFinite()) break;
@@ -328,7 +341,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     Points positions = Foreseen(*fit, q);
     const SolveReport report =
         Settle(mesh, material, fit->regions, motions, options.newton_steps, solver, &positions);
-    const Misfit then = MisfitOf(sights, positions, mesh, options, approach);
+    const Misfit then = MisfitOf(sights, positions, motions, mesh, options, approach);
     if (then.cost < now.cost) {
       fit->motions = motions;
       fit->positions = positions;
@@ -339,7 +352,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
       fit->lambda = std::min(1e3, 10.0 * fit->lambda);
     }
   }
-  fit->cost_mm2 = now.cost / double(m);
+  fit->cost_mm2 = (now.cost - now.turn_cost) / double(m);
   fit->residual_mm = now.rms_mm;
   const auto falling = [](double value, double full, double none) {
     return std::clamp((none - value) / (none - full), 0.0, 1.0);

@@ -33,7 +33,7 @@ struct GripFit {
   int next_column = 0;        ///< the sensitivity that is renewed next
   int frames_to_renewal = 0;  ///< until then the sensitivities stay
   double lambda = 1e-2;       ///< damping of the next step
-  double cost_mm2 = 0.0;      ///< robust mean square across the lines of sight
+  double cost_mm2 = 0.0;      ///< robust mean square across the lines of sight, and of depth
   double residual_mm = 0.0;   ///< robust rms across the lines of sight
   double volume_mm3 = 0.0;    ///< of the organ at rest; cuts do not change it
   double strain2 = 0.0;       ///< mean squared strain of the organ
@@ -46,7 +46,10 @@ struct GripFitOptions {
   double robust_scale_mm = 3.0;  ///< Geman–McClure; 1 mm loses the tracks after a jump
   double depth_weight = 1e-3;  ///< of (depth − depth at rest)² beside the squares across: a flat
                                ///< organ's stretch is else explained as approach
-  double trust_gained = 0.1;   ///< at most, a frame: the overlay must not leap
+  double turn_weight_mm2 = 2.0;  ///< of a grip's squared rotation from rest (rad²) beside the mean
+                                 ///< square across: a stretched band hardly tells how its ends are
+                                 ///< turned, and a turn of 100° once made up for the law's error
+  double trust_gained = 0.1;     ///< at most, a frame: the overlay must not leap
   double trust_lost = 0.25;
   int steps = 1;                    ///< damped Gauss–Newton steps a frame
   int newton_steps = 4;             ///< of one equilibrium at most; the rest is left to the next
@@ -58,8 +61,9 @@ struct GripFitOptions {
   double explained_share = 0.97;    ///< of the features within the robust scale: full belief
   double unexplained_share = 0.90;  ///< and none
   double disbelieved_mm = 0.60;     ///< and from which on not at all
-  double believed_across_mm = 0.7;  ///< the same for what it says across the lines of sight
-  double disbelieved_across_mm = 1.2;
+  double believed_across_mm = 1.0;  ///< the same for what it says across the lines of sight: a band
+                                    ///< stretched by 90 % leaves 0.9 mm by the law's width alone
+  double disbelieved_across_mm = 1.6;
 };
 
 /// Grips at both ends of the organ's long axis, at rest. @param solver set up with `mesh`; its own

@@ -20,6 +20,9 @@ constexpr double kPoint_mm = 4.0;       // distance of the points of a committed
 constexpr double kReachSpacings = 2.5;  // an end nearer than this to the organ's rim goes over it
 constexpr double kOver_mm = 6.0;        // and this far beyond
 constexpr double kSameCut_mm = 12.0;    // evidence nearer than this to a cut belongs to it
+constexpr double kAim_mm = 4.0;         // the last of a line gives the direction it leads in
+constexpr double kAhead_mm = 20.0;  // evidence nearer than this ahead of a line goes on with it:
+constexpr double kAhead = 0.8;      // the tool hides what lies between; cosine of "ahead"
 
 struct Evidence {
   Index pairs = 0, wide = 0;
@@ -148,6 +151,65 @@ Points Redrawn(const FittedLine& line, double begin, double end, double depth,
                               : Trace(line, to, from, depth, frame));
 }
 
+/// Whether `p` lies where the line would lead on, beyond one of its ends.
+bool IsAhead(const Points& line, const Vec3& p, const LateralFrame& frame) {
+  for (const bool at_end : {false, true}) {
+    const Points inner = Shortened(line, at_end, kAim_mm);
+    if (inner.rows() == 0) continue;
+    const Vec2 tip = frame.Lateral(line.row(at_end ? line.rows() - 1 : 0).transpose());
+    const Vec2 from = frame.Lateral(inner.row(at_end ? inner.rows() - 1 : 0).transpose());
+    const Vec2 way = frame.Lateral(p) - tip;
+    if (way.norm() < kAhead_mm && way.dot((tip - from).normalized()) > kAhead * way.norm())
+      return true;
+  }
+  return false;
+}
+
+/// The cut that evidence along `line` about `center` belongs to: it lies beside it, or begins where
+/// it leads on. @return −1 for none
+int CutOf(const FittedLine& line, const Vec3& center, const std::vector<ModelCut>& cuts,
+          const LateralFrame& frame) {
+  int found = -1;
+  for (std::size_t c = 0; c < cuts.size(); ++c) {
+    const Points& known = cuts[c].line.points;
+    const auto ahead = [&](double t) {
+      return IsAhead(known, frame.AtDepth(line.At(t), frame.Depth(center)), frame);
+    };
+    if (DistanceToLine(known, center) < kSameCut_mm || ahead(line.begin_mm) || ahead(line.end_mm))
+      found = static_cast<int>(c);
+  }
+  return found;
+}
+
+/// Parting pairs that are drawn as one line, of a known cut or (−1) of a new one.
+struct EvidenceOfCut {
+  int cut = -1;
+  Vec3 center;  ///< on the organ
+  std::vector<Index> pairs;
+};
+
+/// The groups, those of one known cut together: an instrument that hides the pairs between does
+/// not make two cuts of it.
+std::vector<EvidenceOfCut> ByCut(const std::vector<PartingEdge>& parting,
+                                 const FeatureTriangulation& t, const DisplacementJumps& jumps,
+                                 const std::vector<ModelCut>& cuts, const LateralFrame& frame) {
+  std::vector<EvidenceOfCut> all;
+  for (const auto& group : GroupParting(parting, t)) {
+    const FittedLine line = FitCutLine(parting, group, t, jumps);
+    const auto center = frame.OnOrgan(line.At(0.5 * (line.begin_mm + line.end_mm)));
+    if (!center) continue;
+    const int cut = CutOf(line, *center, cuts, frame);
+    const auto known = std::find_if(all.begin(), all.end(), [&](const EvidenceOfCut& other) {
+      return cut >= 0 && other.cut == cut;
+    });
+    if (known == all.end())
+      all.push_back({cut, *center, group});
+    else
+      known->pairs.insert(known->pairs.end(), group.begin(), group.end());
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector<char>& usable,
@@ -163,22 +225,17 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
   if (parting.empty()) return events;
   const LateralFrame frame(camera, *state->uncut);
   const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
-  for (const auto& group : GroupParting(parting, t)) {
-    const FittedLine line = FitCutLine(parting, group, t, jumps);
-    const auto center = frame.OnOrgan(line.At(0.5 * (line.begin_mm + line.end_mm)));
-    if (!center) continue;
-    int cut_index = -1;
-    for (std::size_t c = 0; c < state->cuts.size(); ++c)
-      if (DistanceToLine(state->cuts[c].line.points, *center) < kSameCut_mm)
-        cut_index = static_cast<int>(c);
+  for (const EvidenceOfCut& drawn : ByCut(parting, t, jumps, state->cuts, frame)) {
+    const FittedLine line = FitCutLine(parting, drawn.pairs, t, jumps);
+    int cut_index = drawn.cut;
     CutEvent event;
     event.first = cut_index < 0;
-    event.point = *center;
-    const Evidence weight = EvidenceOf(parting, group);
+    event.point = drawn.center;
+    const Evidence weight = EvidenceOf(parting, drawn.pairs);
     if (event.first ? !BeginsCut(weight) : !LeadsOn(weight)) continue;
     const double begin = EndOf(line, -1, t.spacing_mm, frame);
     const double end = EndOf(line, +1, t.spacing_mm, frame);
-    const double depth = frame.Depth(*center);
+    const double depth = frame.Depth(drawn.center);
     if (!event.first) {
       ModelCut& cut = state->cuts[cut_index];
       cut.redrawn = Redrawn(line, begin, end, depth, frame, cut.line.points);

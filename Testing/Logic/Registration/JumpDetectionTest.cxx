@@ -36,6 +36,28 @@ class JumpDetection : public ::testing::Test {
     }
     return events;
   }
+  /// Opens up to `tip` at once, after a second of rest. @return the number of events
+  std::size_t OpenAtOnce(double tip, double amount) {
+    state.evidence = BeginEvidence(rest, Everyone());
+    std::size_t events = 0;
+    for (state.frame = 0; state.frame < 40; ++state.frame) {
+      Pixels now = rest.leftCols<2>();
+      if (state.frame > 30)
+        for (Index i = 0; i < rest.rows(); ++i)
+          now(i, 0) += Opening(rest.row(i).head<2>().transpose(), tip, amount);
+      events += DetectCutsByJumps(now, Everyone(), camera, options, &state).size();
+    }
+    const auto& streak = state.evidence.streak;
+    parting = std::count_if(streak.begin(), streak.end(), [](int frames) { return frames > 1; });
+    return events;
+  }
+  /// A cut that is known already.
+  void Know(const Vec3& from, const Vec3& to) {
+    ModelCut cut;
+    cut.line.points.resize(2, 3);
+    cut.line.points << from.transpose(), to.transpose();
+    state.cuts = {cut};
+  }
   double LargestOffset_mm(const Points& line) const {
     return (line.col(0).array() - kCut_mm).abs().maxCoeff();
   }
@@ -91,29 +113,29 @@ TEST_F(JumpDetection, WhatWasCommittedStaysAndTheLineIsRedrawnFromAllEvidence) {
 }
 
 TEST_F(JumpDetection, ALittleEvidenceDoesNotLeadACutOn) {
-  ModelCut cut;
-  cut.line.points.resize(2, 3);
-  cut.line.points << kCut_mm, 4.0, 150.0, kCut_mm, 6.0, 150.0;
-  state.cuts.push_back(cut);
-  const auto opened_by = [&](double amount) {  // at once, after a second of rest
-    state.evidence = BeginEvidence(rest, Everyone());
-    std::size_t events = 0;
-    for (state.frame = 0; state.frame < 40; ++state.frame) {
-      Pixels now = rest.leftCols<2>();
-      if (state.frame > 30)
-        for (Index i = 0; i < rest.rows(); ++i)
-          now(i, 0) += Opening(rest.row(i).head<2>().transpose(), 6.0, amount);
-      events += DetectCutsByJumps(now, Everyone(), camera, options, &state).size();
-    }
-    const auto& streak = state.evidence.streak;
-    parting = std::count_if(streak.begin(), streak.end(), [](int frames) { return frames > 1; });
-    return events;
-  };
-  EXPECT_EQ(opened_by(kLittle), 0u);
+  Know({kCut_mm, 4.0, 150.0}, {kCut_mm, 6.0, 150.0});
+  const Points known = state.cuts[0].line.points;
+  EXPECT_EQ(OpenAtOnce(6.0, kLittle), 0u);
   EXPECT_GT(parting, 0);  // there was some
-  EXPECT_EQ(state.cuts[0].line.points, cut.line.points);
-  EXPECT_GT(opened_by(4.0 * kLittle), 0u);
+  EXPECT_EQ(state.cuts[0].line.points, known);
+  EXPECT_GT(OpenAtOnce(6.0, 4.0 * kLittle), 0u);
   EXPECT_GT(state.cuts[0].line.points.rows(), 2);
+}
+
+// An instrument hid what lies between.
+TEST_F(JumpDetection, WhatPartsAheadOfACutGoesOnWithIt) {
+  Know({kCut_mm, 38.0, 150.0}, {kCut_mm, 26.0, 150.0});
+  EXPECT_GT(OpenAtOnce(10.0, 1.0), 0u);
+  ASSERT_EQ(state.cuts.size(), 1u);
+  const Points& line = state.cuts[0].line.points;
+  EXPECT_LT(line.col(1).minCoeff(), 2.0);
+  EXPECT_LT(LargestOffset_mm(line), 3.0);
+}
+
+TEST_F(JumpDetection, WhatPartsFarBesideACutIsAnother) {
+  Know({kCut_mm + 16.0, 20.0, 150.0}, {kCut_mm + 16.0, 8.0, 150.0});
+  EXPECT_GT(OpenAtOnce(10.0, 1.0), 0u);
+  EXPECT_EQ(state.cuts.size(), 2u);
 }
 
 }  // namespace
