@@ -31,7 +31,7 @@ StepStatus PlanningSession::Status(PlanningStep step) const {
                               editor_.Volume_ml(1) + editor_.Volume_ml(2) + editor_.Volume_ml(3))};
     }
     case PlanningStep::Mesh:
-      if (editor_.Empty()) return {StepState::ToDo, "First segment the organ."};
+      if (editor_.Count(1) == 0) return {StepState::ToDo, "First segment the organ."};
       if (!model_) return {StepState::ToDo, "Press Make the mesh."};
       if (ModelIsStale())
         return {StepState::Problem, "The labels were changed since: make the mesh again."};
@@ -77,8 +77,8 @@ std::vector<ChecklistItem> PlanningSession::Checklist() const {
   if (ct_ && !import_warnings_.empty())
     add(false, false, true,
         std::to_string(import_warnings_.size()) + " warning(s) about the CT: read them (step 1)");
-  add(!editor_.Empty(), true, false,
-      editor_.Empty() ? "Segment the organ (step 2)" : "Organ is segmented");
+  const bool organ = editor_.Count(1) > 0;
+  add(organ, true, false, organ ? "Organ is segmented" : "Segment the organ (step 2)");
   const bool checked = findings_state_ == labels_state_;
   if (!editor_.Empty())
     add(checked && findings_.empty(), false, checked && !findings_.empty(),

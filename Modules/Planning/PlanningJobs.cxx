@@ -164,9 +164,15 @@ void PlanningJobs::Recover(const QString& file, std::function<void()> then) {
 }
 
 void PlanningJobs::Mesh(int tetrahedra) {
+  if (session_.Labels().Count(1) == 0) {
+    host_->Say(qKerfHost::Problem, tr("There is no organ yet: segment it by a preset, or paint it "
+                                      "around what is labelled (step 2)."));
+    return;
+  }
   struct Result {
     std::shared_ptr<const kerf::PlannedCase> planned;
     std::shared_ptr<const kerf::PlanningModel> model;
+    std::vector<std::string> warnings;
   };
   auto result = std::make_shared<Result>();
   const std::uint64_t state = session_.LabelsState();
@@ -174,12 +180,20 @@ void PlanningJobs::Mesh(int tetrahedra) {
   job.title = tr("Making the mesh");
   job.advice = tr("Check the labels (step 2), or choose another number of tetrahedra.");
   job.work = [labels = session_.Labels().Snapshot(), tetrahedra, result](kerf::Progress& progress) {
-    result->planned = kerf::MeshLabels(labels, tetrahedra, progress);
+    KeepWarnings keep(progress);
+    result->planned = kerf::MeshLabels(labels, tetrahedra, keep);
     result->model = kerf::ModelOf(*result->planned);
+    result->warnings = WithoutPath(keep.Take(), labels.source);
   };
   job.done = [this, result, state] {
     planned_ = result->planned;
     session_.SetModel(result->model, state);
+    host_->Say(result->warnings.empty() ? qKerfHost::Info : qKerfHost::Warning,
+               result->warnings.empty()
+                   ? QString()
+                   : tr("The mesh is there, but: %1. Where that is not meant, check the labels "
+                        "(step 2).")
+                         .arg(QString::fromStdString(result->warnings[0])));
   };
   host_->Jobs().Run(std::move(job));
 }

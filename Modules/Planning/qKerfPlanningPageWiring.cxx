@@ -102,11 +102,16 @@ void qKerfPlanningPage::WireSegment() {
   connect(segment_, &qKerfSegmentPanel::CleanWanted, this, [this](const QString& operation) {
     const int label = segment_->ActiveLabel();
     jobs_->RunTool(tr("Correcting"),
-                   operation.endsWith("islands") ? "remove islands"
+                   operation == "islands"        ? "remove islands"
                    : operation.endsWith("holes") ? "fill holes"
-                   : operation == "largest"      ? "keep largest part"
-                                                 : "smooth",
+                   : operation == "smooth"       ? "smooth"
+                                                 : "keep largest part",
                    [label, operation](const kerf::LabelMap& labels, kerf::Progress& progress) {
+                     // A repair is one of the whole organ, whichever label is selected.
+                     if (operation == "repair-islands")
+                       return kerf::KeepLargestTool(labels, 0, progress);
+                     if (operation == "repair-holes")
+                       return kerf::FillHolesTool(labels, 1, progress);
                      if (operation == "largest")
                        return kerf::KeepLargestTool(labels, label, progress);
                      if (operation == "islands")

@@ -56,7 +56,9 @@ qKerfCaseBrowserWidget::qKerfCaseBrowserWidget(QWidget* parent)
   list_->setObjectName("caseList");
   list_->setIconSize(QSize(kThumbnailWidth_px, kThumbnailHeight_px));
   list_->setSpacing(4);
-  empty_->setText(tr("No case was opened here yet. Start with “New case from a CT”."));
+  empty_->setText(
+      tr("No case was opened here yet. Start with “New case from a CT”,\nor drop a CT or a case "
+         "folder onto this window."));
   empty_->setAlignment(Qt::AlignCenter);
   empty_->setProperty("role", "faint");
 

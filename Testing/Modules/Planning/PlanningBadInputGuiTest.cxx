@@ -1,6 +1,8 @@
 // What each step answers to bad input: a sentence that says what to do. With real events.
+#include <QAction>
 #include <QApplication>
 #include <QDir>
+#include <QDoubleSpinBox>
 #include <QFile>
 #include <QLineEdit>
 #include <QListWidget>
@@ -9,6 +11,7 @@
 #include <QSlider>
 #include <QSpinBox>
 #include <QStatusBar>
+#include <QTableWidget>
 #include <QTimer>
 
 #include "Adapters/Itk/VolumeFiles.h"
@@ -34,6 +37,7 @@ class PlanningBadInputGuiTest : public QObject {
   void cleanup() { gui_->Abandon(); }
   void BadInputsAreSentences();
   void EachStepAnswersBadInput();
+  void MeshAndPlanAnswerBadInput();
   void WarningsOfTheImportAreRead();
   void WorkIsNotReplacedWithoutAQuestion();
   void TheWholeWindowTakesADrop();
@@ -203,6 +207,88 @@ void PlanningBadInputGuiTest::EachStepAnswersBadInput() {
   }
   folder->clear();
   QVERIFY(!gui_->Find("saveButton")->isEnabled());
+}
+
+void PlanningBadInputGuiTest::MeshAndPlanAnswerBadInput() {
+  gui_->Drop(ct_);
+  QVERIFY(gui_->Idle());
+  const auto paint = [this](int label, int radius_mm) {
+    gui_->Step(1);
+    qobject_cast<QTableWidget*>(gui_->Find("labelList"))->setCurrentCell(label, 1);
+    qobject_cast<QSlider*>(gui_->Find("radiusSlider"))->setValue(radius_mm);
+    gui_->Click("toolPaint");
+  };
+  const auto mesh = [this] {
+    gui_->Step(2);
+    gui_->Click("meshButton");
+    QVERIFY(gui_->Idle());
+  };
+  // A tumour and no organ around it.
+  paint(1, 5);
+  gui_->Drag("sliceAxial", 0.45, 0.5, 0.55, 0.5);
+  mesh();
+  QVERIFY2(gui_->Message().contains("no organ yet"), qPrintable(gui_->Message()));
+  QVERIFY(gui_->Text("checklist").contains("Segment the organ (step 2)"));
+  QVERIFY(!gui_->Find("saveButton")->isEnabled());
+  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  // Two pieces: said, with what to do, and repaired by one press.
+  paint(0, 8);
+  gui_->Click("sphereCheck");
+  gui_->ClickAt("sliceAxial", 0.3, 0.5);
+  gui_->ClickAt("sliceAxial", 0.7, 0.5);
+  mesh();
+  const QString said = gui_->Message();
+  QVERIFY2(said.contains("1 part(s) apart from the organ are left out"), qPrintable(said));
+  QVERIFY2(said.contains("check the labels (step 2)"), qPrintable(said));
+  gui_->Step(1);
+  gui_->Click("checkButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Text("findings").contains("Keep the largest"), qPrintable(gui_->Text("findings")));
+  const auto undo_text = [this] {
+    return gui_->Window()->findChild<QAction*>("undoAction")->text().remove('&');
+  };
+  const double both = gui_->Volume_ml(0);
+  gui_->Click("repairIslands");
+  QVERIFY(gui_->Idle());
+  QTRY_VERIFY(gui_->Volume_ml(0) < 0.7 * both);
+  QCOMPARE(undo_text(), QString("Undo: keep largest part"));
+  QTRY_VERIFY(gui_->Find("repairIslands")->isHidden());
+
+  // A hole, whichever of the two was kept; the selected label does not matter.
+  const double whole = gui_->Volume_ml(0);
+  paint(0, 3);
+  gui_->Click("toolErase");
+  gui_->ClickAt("sliceAxial", 0.3, 0.5);
+  gui_->ClickAt("sliceAxial", 0.7, 0.5);
+  QTRY_VERIFY(gui_->Volume_ml(0) < whole);
+  gui_->Click("checkButton");
+  QVERIFY(gui_->Idle());
+  QVERIFY2(gui_->Text("findings").contains("Fill them"), qPrintable(gui_->Text("findings")));
+  qobject_cast<QTableWidget*>(gui_->Find("labelList"))->setCurrentCell(2, 1);
+  gui_->Click("repairHoles");
+  QVERIFY(gui_->Idle());
+  QTRY_COMPARE(gui_->Volume_ml(0), whole);
+  QCOMPARE(undo_text(), QString("Undo: fill holes"));
+  mesh();
+  QCOMPARE(gui_->State(2), kDone);
+  QVERIFY2(gui_->Message().isEmpty(), qPrintable(gui_->Message()));
+
+  // A line that does not go across the organ.
+  gui_->Step(3);
+  gui_->Click("lookFromA");
+  QTest::qWait(200);
+  gui_->Click("drawLineButton");
+  gui_->ClickAt("sceneCanvas", 0.48, 0.5);
+  gui_->ClickAt("sceneCanvas", 0.52, 0.5);
+  QTRY_COMPARE(gui_->Text("lineText"), QString("2 points on the organ"));
+  gui_->Click("drawLineButton");
+  qobject_cast<QDoubleSpinBox*>(gui_->Find("depthSpin"))->setValue(1);
+  QTest::qWait(50);
+  gui_->Click("measureButton");
+  QVERIFY(gui_->Idle());
+  QCOMPARE(gui_->State(3), kProblem);
+  QVERIFY2(gui_->Text("measureNote").contains("draw the line across its whole width"),
+           qPrintable(gui_->Text("measureNote")));
 }
 
 void PlanningBadInputGuiTest::WarningsOfTheImportAreRead() {
