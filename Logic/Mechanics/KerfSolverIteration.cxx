@@ -22,8 +22,9 @@ constexpr Index kLeastShare = 12;
 constexpr double kCgReduction = 0.003;
 /// Of rᵀM⁻¹r: what is left then is rounding, whatever the goal.
 constexpr double kNothingLeft = 1e-10;
-/// Part of the energy's tolerance that a linear solve may leave, by the bound of its iteration.
-constexpr double kGapPart = 0.25;
+/// Part of the energy's tolerance that a linear solve may leave, by the bound of its iteration;
+/// less where it ends by its vertices: what the step's curvature adds is not to cost a second step.
+constexpr double kGapPart = 0.25, kFineGapPart = 0.24;
 
 /// A linear solve that leaves no vertex off by more than this, as M⁻¹r has it, has done enough for
 /// the vertices: close to rest, rᵀM⁻¹r relative to the energy asks for far more.
@@ -219,10 +220,12 @@ KerfSolver::LinearSolve KerfSolver::SolveLinear(double start_nJ, double anchor_c
     return lowest;
   };
   const auto enough = [&] {
-    if (rz > target && farthest > kFineMm * std::sqrt(lowest_ratio_)) return false;
+    const bool by_vertices = rz > target;
+    if (by_vertices && farthest > kFineMm * std::sqrt(lowest_ratio_)) return false;
     measure(Eigen::EigenvaluesOnly);
     return solve.gap_nJ <=
-           kGapPart * (goal.tolerance * std::max(0.0, goal.energy_nJ - gained) + goal.floor_nJ);
+           (by_vertices ? kFineGapPart : kGapPart) *
+               (goal.tolerance * std::max(0.0, goal.energy_nJ - gained) + goal.floor_nJ);
   };
   while (solve.iterations < goal.most_iterations && rz > kNothingLeft * start_nJ) {
     // Chunk `chunks` stands for the springs.
