@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "Registration/CutDetection.h"
 #include "Registration/CutLine.h"
@@ -151,34 +152,25 @@ Points Redrawn(const FittedLine& line, double begin, double end, double depth,
                               : Trace(line, to, from, depth, frame));
 }
 
-/// Whether `p` lies where the line would lead on, beyond one of its ends.
-bool IsAhead(const Points& line, const Vec3& p, const LateralFrame& frame) {
+/// How far ahead of an end of `known` the evidence along `line` begins, where it goes on in that
+/// direction. @return 1e30 for nowhere ahead
+double DistanceAhead_mm(const Points& known, const FittedLine& line, double depth,
+                        const LateralFrame& frame) {
+  double nearest = 1e30;
   for (const bool at_end : {false, true}) {
-    const Points inner = Shortened(line, at_end, kAim_mm);
+    const Points inner = Shortened(known, at_end, kAim_mm);
     if (inner.rows() == 0) continue;
-    const Vec2 tip = frame.Lateral(line.row(at_end ? line.rows() - 1 : 0).transpose());
+    const Vec2 tip = frame.Lateral(known.row(at_end ? known.rows() - 1 : 0).transpose());
     const Vec2 from = frame.Lateral(inner.row(at_end ? inner.rows() - 1 : 0).transpose());
-    const Vec2 way = frame.Lateral(p) - tip;
-    if (way.norm() < kAhead_mm && way.dot((tip - from).normalized()) > kAhead * way.norm())
-      return true;
+    const Vec2 on = (tip - from).normalized();
+    if (std::abs(line.tangent.dot(on)) < kAhead) continue;  // across, not on
+    for (const double t : {line.begin_mm, line.end_mm}) {
+      const Vec2 way = frame.Lateral(frame.AtDepth(line.At(t), depth)) - tip;
+      if (way.norm() < kAhead_mm && way.dot(on) > kAhead * way.norm())
+        nearest = std::min(nearest, way.norm());
+    }
   }
-  return false;
-}
-
-/// The cut that evidence along `line` about `center` belongs to: it lies beside it, or begins where
-/// it leads on. @return −1 for none
-int CutOf(const FittedLine& line, const Vec3& center, const std::vector<ModelCut>& cuts,
-          const LateralFrame& frame) {
-  int found = -1;
-  for (std::size_t c = 0; c < cuts.size(); ++c) {
-    const Points& known = cuts[c].line.points;
-    const auto ahead = [&](double t) {
-      return IsAhead(known, frame.AtDepth(line.At(t), frame.Depth(center)), frame);
-    };
-    if (DistanceToLine(known, center) < kSameCut_mm || ahead(line.begin_mm) || ahead(line.end_mm))
-      found = static_cast<int>(c);
-  }
-  return found;
+  return nearest;
 }
 
 /// Parting pairs that are drawn as one line, of a known cut or (−1) of a new one.
@@ -188,24 +180,51 @@ struct EvidenceOfCut {
   std::vector<Index> pairs;
 };
 
-/// The groups, those of one known cut together: an instrument that hides the pairs between does
-/// not make two cuts of it.
+/// The groups, those that lie beside one cut or begin where it leads on together: an instrument
+/// that hides the pairs between does not make two cuts of it. A cut that begins now counts as one.
 std::vector<EvidenceOfCut> ByCut(const std::vector<PartingEdge>& parting,
                                  const FeatureTriangulation& t, const DisplacementJumps& jumps,
                                  const std::vector<ModelCut>& cuts, const LateralFrame& frame) {
   std::vector<EvidenceOfCut> all;
+  struct Known {
+    Points line;
+    std::size_t drawn;  ///< in `all`
+  };
+  std::vector<Known> begun;
+  std::vector<std::size_t> drawn_of(cuts.size(), SIZE_MAX);
   for (const auto& group : GroupParting(parting, t)) {
     const FittedLine line = FitCutLine(parting, group, t, jumps);
     const auto center = frame.OnOrgan(line.At(0.5 * (line.begin_mm + line.end_mm)));
     if (!center) continue;
-    const int cut = CutOf(line, *center, cuts, frame);
-    const auto known = std::find_if(all.begin(), all.end(), [&](const EvidenceOfCut& other) {
-      return cut >= 0 && other.cut == cut;
-    });
-    if (known == all.end())
-      all.push_back({cut, *center, group});
-    else
-      known->pairs.insert(known->pairs.end(), group.begin(), group.end());
+    const double depth = frame.Depth(*center);
+    double nearest = 1e30;
+    const auto nearer = [&](const Points& known) {
+      double distance = DistanceToLine(known, *center);
+      if (distance >= kSameCut_mm) distance = DistanceAhead_mm(known, line, depth, frame);
+      if (distance >= nearest) return false;
+      nearest = distance;
+      return true;
+    };
+    int cut = -1;
+    std::size_t drawn = all.size();
+    for (std::size_t c = 0; c < cuts.size(); ++c)
+      if (nearer(cuts[c].line.points)) {
+        cut = static_cast<int>(c);
+        drawn = std::min(drawn_of[c], all.size());
+      }
+    for (const Known& known : begun)
+      if (nearer(known.line)) drawn = known.drawn;
+    if (drawn < all.size()) {
+      all[drawn].pairs.insert(all[drawn].pairs.end(), group.begin(), group.end());
+      continue;
+    }
+    if (cut >= 0)
+      drawn_of[cut] = drawn;
+    else if (BeginsCut(EvidenceOf(parting, group)))
+      begun.push_back({ToRows(Trace(line, EndOf(line, -1, t.spacing_mm, frame),
+                                    EndOf(line, +1, t.spacing_mm, frame), depth, frame)),
+                       drawn});
+    all.push_back({cut, *center, group});
   }
   return all;
 }

@@ -217,6 +217,11 @@ void OverlayPainter::Forget() {
   implementation_->problem = nullptr;
 }
 
+void OverlayPainter::Rest() {
+  Forget();
+  implementation_->AtOnce([](OverlayRenderer*) {});
+}
+
 Image OverlayPainter::Paint(const IntraoperativeSnapshot& snapshot) {
   Image picture;
   implementation_->AtOnce([&](OverlayRenderer* renderer) {

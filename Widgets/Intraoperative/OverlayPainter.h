@@ -11,8 +11,9 @@
 namespace kerf {
 
 /// Draws snapshots and the exposure with the overlay renderer, in a thread of its own that steps
-/// behind the others: neither the registration nor the window waits for a picture. Called from one
-/// thread (the window's); throws std::runtime_error on construction where nothing can be drawn.
+/// behind the others: the registration waits for no picture, the window for those only that it
+/// wants at once. Called from one thread (the window's); throws std::runtime_error on construction
+/// where nothing can be drawn.
 class OverlayPainter {
  public:
   /// @param on_painted from the painter's thread, whenever Take() has something; must be quick
@@ -34,6 +35,9 @@ class OverlayPainter {
   std::optional<Painted> Take();
   /// What was begun is not wanted any more: Take() does not give it.
   void Forget();
+  /// The same, and nothing is in work when it returns: VTK draws the text of all windows with one
+  /// font engine, which must not be used by two threads.
+  void Rest();
 
   /// At once; waits for the picture in work.
   Image Paint(const IntraoperativeSnapshot& snapshot);

@@ -28,7 +28,7 @@ void qKerfIntraoperativeWidget::ConnectLook() {
   });
   connect(look_, &qKerfOverlayLook::MarginAlarmChanged, this, [this](double mm) {
     if (painter_) painter_->SetMarginAlarm(mm);
-    DrawAnew();
+    DrawAgain();
   });
   connect(look_, &qKerfOverlayLook::OverlayToggled, this, &qKerfIntraoperativeWidget::SetOverlay);
   connect(look_, &qKerfOverlayLook::BeforeToggled, this, &qKerfIntraoperativeWidget::SetBefore);
@@ -104,12 +104,17 @@ void qKerfIntraoperativeWidget::Present(
   }
 }
 
-/// The picture that is in work is of a look, a camera or a step that is no longer; the newest one
-/// is drawn again.
-void qKerfIntraoperativeWidget::DrawAnew() {
-  if (painter_) painter_->Forget();
+/// In a new look. What is in work is still shown: while a slider is dragged nothing else would be.
+void qKerfIntraoperativeWidget::DrawAgain() {
   drawn_.reset();
   before_shown_.reset();
+}
+
+/// The picture that is in work is of a camera or a step that is no longer; the newest one is drawn
+/// again.
+void qKerfIntraoperativeWidget::DrawAnew() {
+  if (painter_) painter_->Forget();
+  DrawAgain();
 }
 
 /// Views stand side by side or one above the other, whichever makes the pictures larger.
@@ -171,7 +176,7 @@ void qKerfIntraoperativeWidget::ChangeLook(
   change(&look_options_);
   if (step_ != Run && step_ != Review) return;  // the exposure has a look of its own
   if (painter_) painter_->SetOptions(look_options_);
-  DrawAnew();
+  DrawAgain();
 }
 
 void qKerfIntraoperativeWidget::SetPreset(kerf::OverlayPreset preset) {

@@ -276,6 +276,13 @@ void qKerfIntraoperativeWidget::showEvent(QShowEvent* event) {
   view_->setFocus();
 }
 
+/// The views of the module that is shown now draw with the same font engine.
+void qKerfIntraoperativeWidget::hideEvent(QHideEvent* event) {
+  QWidget::hideEvent(event);
+  if (painter_) painter_->Rest();
+  DrawAnew();
+}
+
 void qKerfIntraoperativeWidget::ShowStep(Step step) {
   step_ = step;
   pages_->setCurrentIndex(step);

@@ -87,6 +87,7 @@ class qKerfIntraoperativeWidget : public QWidget {
 
  protected:
   void showEvent(QShowEvent* event) override;
+  void hideEvent(QHideEvent* event) override;
 
  private:
   void MakeLayout();
@@ -111,6 +112,7 @@ class qKerfIntraoperativeWidget : public QWidget {
   void MakePainter(const kerf::CameraModel& camera);
   void TakePainted();
   void Present(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot);
+  void DrawAgain();
   void DrawAnew();
   void ShowBefore();
   void ArrangeViews();

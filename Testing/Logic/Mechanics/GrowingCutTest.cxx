@@ -354,14 +354,19 @@ TEST(GrowingCut, TheCoarseMatrixForgetsTetrahedraThatChangedTheirShape) {
   EXPECT_LT(difference, 1e-3f * largest);
 }
 
-TEST(GrowingCut, WhatACutFreesIsNearItsPlaceBeforeTheWholeIsSolved) {
+struct SpringsOnAKidney {
   TetMesh mesh = Kidney(6);
-  const std::vector<std::pair<double, Index>> seam = Seam(mesh);
+  std::vector<std::pair<double, Index>> seam = Seam(mesh);
   Springs springs = testing::SurfaceSprings(mesh, 225, 1e4);
-  auto solver = MakeKerfSolver();
-  auto exact = MakeExactSolver();
-  solver->Reset(mesh, SoftTissue());
-  exact->Reset(mesh, SoftTissue());
+  std::unique_ptr<ElasticSolver> solver = MakeKerfSolver(), exact = MakeExactSolver();
+  SpringsOnAKidney() {
+    solver->Reset(mesh, SoftTissue());
+    exact->Reset(mesh, SoftTissue());
+  }
+};
+
+TEST(GrowingCut, WhatACutFreesIsNearItsPlaceBeforeTheWholeIsSolved) {
+  auto [mesh, seam, springs, solver, exact] = SpringsOnAKidney();
   testing::MoveTargets(mesh, 1.0, &springs);
   Points positions = mesh.rest;
   SolveOptions tight, hardly;
@@ -410,13 +415,7 @@ TEST(GrowingCut, WhatFliesFreelyFliesOnWhileItIsCut) {
 }
 
 TEST(GrowingCut, TakesOneStepOfTheWholeMeshAFrameAndStaysWithinTolerance) {
-  TetMesh mesh = Kidney(6);
-  const std::vector<std::pair<double, Index>> seam = Seam(mesh);
-  Springs springs = testing::SurfaceSprings(mesh, 225, 1e4);
-  auto solver = MakeKerfSolver();
-  auto exact = MakeExactSolver();
-  solver->Reset(mesh, SoftTissue());
-  exact->Reset(mesh, SoftTissue());
+  auto [mesh, seam, springs, solver, exact] = SpringsOnAKidney();
   Points positions = mesh.rest;
   SolveOptions tight;
   tight.tolerance = 1e-7;

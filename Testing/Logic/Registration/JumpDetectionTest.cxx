@@ -37,7 +37,7 @@ class JumpDetection : public ::testing::Test {
     return events;
   }
   /// Opens up to `tip` at once, after a second of rest. @return the number of events
-  std::size_t OpenAtOnce(double tip, double amount) {
+  std::size_t OpenAtOnce(double tip, double amount, const std::vector<char>& usable = Everyone()) {
     state.evidence = BeginEvidence(rest, Everyone());
     std::size_t events = 0;
     for (state.frame = 0; state.frame < 40; ++state.frame) {
@@ -45,7 +45,7 @@ class JumpDetection : public ::testing::Test {
       if (state.frame > 30)
         for (Index i = 0; i < rest.rows(); ++i)
           now(i, 0) += Opening(rest.row(i).head<2>().transpose(), tip, amount);
-      events += DetectCutsByJumps(now, Everyone(), camera, options, &state).size();
+      events += DetectCutsByJumps(now, usable, camera, options, &state).size();
     }
     const auto& streak = state.evidence.streak;
     parting = std::count_if(streak.begin(), streak.end(), [](int frames) { return frames > 1; });
@@ -130,6 +130,23 @@ TEST_F(JumpDetection, WhatPartsAheadOfACutGoesOnWithIt) {
   const Points& line = state.cuts[0].line.points;
   EXPECT_LT(line.col(1).minCoeff(), 2.0);
   EXPECT_LT(LargestOffset_mm(line), 3.0);
+}
+
+// The same where the cut opens at once, on both sides of the instrument.
+TEST_F(JumpDetection, ACutThatBeginsOnBothSidesOfAnInstrumentIsOne) {
+  std::vector<char> usable = Everyone();
+  for (Index i = 0; i < rest.rows(); ++i)
+    if (rest(i, 1) > 8.0 && rest(i, 1) < 20.0) usable[i] = 0;
+  EXPECT_GT(OpenAtOnce(36.0, 1.0, usable), 0u);
+  ASSERT_EQ(state.cuts.size(), 1u);
+  EXPECT_GT(state.cuts[0].line.points.col(1).maxCoeff(), 25.0);
+  EXPECT_LT(state.cuts[0].line.points.col(1).minCoeff(), 2.0);
+}
+
+TEST_F(JumpDetection, WhatPartsAcrossTheWayAheadIsAnother) {
+  Know({kCut_mm - 30.0, 8.0, 150.0}, {kCut_mm - 15.0, 8.0, 150.0});
+  EXPECT_GT(OpenAtOnce(10.0, 1.0), 0u);
+  EXPECT_EQ(state.cuts.size(), 2u);
 }
 
 TEST_F(JumpDetection, WhatPartsFarBesideACutIsAnother) {
