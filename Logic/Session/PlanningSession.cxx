@@ -14,6 +14,7 @@ void PlanningSession::Tell(PlanningChange change) {
 
 void PlanningSession::Touch(PlanningChange change) {
   dirty_ = true;
+  ++changes_;
   Tell(change);
 }
 

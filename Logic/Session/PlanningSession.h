@@ -132,6 +132,8 @@ class PlanningSession {
   const std::string& CaseFolderPath() const { return folder_; }
   /// Is there work that no saved case holds?
   bool IsDirty() const { return dirty_; }
+  /// Counts the changes that make it so, undone and done again ones, too.
+  std::uint64_t Changes() const { return changes_; }
 
   /// Everything that an autosave or a saved case restores, in one go. Forgets the undo stack.
   struct Restored {
@@ -160,7 +162,8 @@ class PlanningSession {
   std::vector<LabelInfo> infos_ = StandardLabels();
   std::vector<MarkupPoint> seeds_, landmarks_;
   std::vector<LabelFinding> findings_;
-  std::uint64_t labels_state_ = 0, next_state_ = 1, model_revision_ = 0, findings_state_ = 0;
+  std::uint64_t labels_state_ = 0, next_state_ = 1, model_revision_ = 0, findings_state_ = 0,
+                changes_ = 0;
   std::shared_ptr<const PlanningModel> model_;
   ResectionPlan plan_;
   std::optional<ResectionMeasures> measures_;

@@ -7,6 +7,7 @@
 #include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
@@ -20,6 +21,7 @@
 #include <QVBoxLayout>
 #include <QVariant>
 
+#include "CaseIO/CaseFolder.h"
 #include "Common/qKerfCaseBrowserWidget.h"
 #include "Common/qKerfIcons.h"
 #include "Common/qKerfLogPanel.h"
@@ -308,12 +310,20 @@ bool qKerfMainWindow::OpenCase(const QString& folder) {
 }
 
 void qKerfMainWindow::Open(const QString& path) {
-  if (kerf::SummarizeCase(path.toStdString()).problem.empty()) {
+  for (const qKerfPlugin& plugin : search_.plugins)
+    if (!plugin.module->CanTakeDrop()) return;
+  // A case that cannot be used is one, too: OpenCase says what is wrong with it.
+  if (QFileInfo(path + "/case.json").exists() &&
+      kerf::FolderFormat(path.toStdString()) != "kerf-study") {
     OpenCase(path);
     return;
   }
   for (const qKerfPlugin& plugin : search_.plugins)
     if (plugin.module->OpenData(path)) return;
+  host_->Say(qKerfHost::Problem,
+             tr("%1 is neither a case nor a CT: drop the folder of a case, or a "
+                "CT as a DICOM folder, NIfTI or NRRD.")
+                 .arg(QFileInfo(path).fileName()));
 }
 
 void qKerfMainWindow::dragEnterEvent(QDragEnterEvent* event) {

@@ -37,6 +37,9 @@ class qKerfModule {
     Q_UNUSED(path);
     return false;
   }
+  /// May what is dropped onto the window bring another page to the front? A module whose picture is
+  /// needed now says why not.
+  virtual bool CanTakeDrop() { return true; }
   /// May another case take the place of what is shown? A module with unsaved work asks here. When
   /// one module says no, the case is opened in none.
   virtual bool CanLeaveCase() { return true; }
@@ -47,5 +50,5 @@ class qKerfModule {
 
 // A macro, because Q_PLUGIN_METADATA takes no constant. The number is the interface's version: a
 // plugin made for another one is refused with its reason.
-#define kKerfModuleIid "org.kerf.Module/2"
+#define kKerfModuleIid "org.kerf.Module/3"
 Q_DECLARE_INTERFACE(qKerfModule, kKerfModuleIid)

@@ -31,14 +31,24 @@ QWidget* qKerfIntraoperativeModule::CreateWidget(qKerfHost* host, QWidget* paren
   return page_;
 }
 
+bool qKerfIntraoperativeModule::SessionRuns(const QString& what_to_do) {
+  if (!page_->Desk().Running()) return false;
+  host_->Say(qKerfHost::Warning, tr("A session is running: %1").arg(what_to_do));
+  return true;
+}
+
 bool qKerfIntraoperativeModule::OpenCase(const QString& folder) {
-  if (page_->Desk().Running()) {
-    host_->Say(qKerfHost::Warning,
-               tr("A session is running: end it before another case is opened."));
-    return false;
-  }
+  if (!CanLeaveCase()) return false;
   page_->OpenCase(folder);
   return true;
+}
+
+bool qKerfIntraoperativeModule::CanTakeDrop() {
+  return !SessionRuns(tr("end it before something else is opened."));
+}
+
+bool qKerfIntraoperativeModule::CanLeaveCase() {
+  return !SessionRuns(tr("end it before another case is opened."));
 }
 
 bool qKerfIntraoperativeModule::CanClose() {

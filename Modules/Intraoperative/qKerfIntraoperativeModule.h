@@ -19,9 +19,14 @@ class qKerfIntraoperativeModule : public QObject, public qKerfModule {
   QIcon Icon() const override;
   QWidget* CreateWidget(qKerfHost* host, QWidget* parent) override;
   bool OpenCase(const QString& folder) override;
+  bool CanTakeDrop() override;
+  bool CanLeaveCase() override;
   bool CanClose() override;
 
  private:
+  /// Says so, with what to do.
+  bool SessionRuns(const QString& what_to_do);
+
   qKerfHost* host_ = nullptr;
   QPointer<qKerfIntraoperativeWidget> page_;
 };

@@ -97,7 +97,7 @@ void PlanningJobs::Open(const QString& path, const QString& series, std::functio
                  tr("This folder holds %1 series: choose one in the list.").arg(series_.size()));
       return;
     }
-    if (!may_replace_()) return;
+    if (!may_replace_(tr("Open this CT without saving them?"))) return;
     planned_.reset();
     session_.SetVolume(std::move(result->ct), file, uid, result->warnings, &result->no_labels);
     if (!result->warnings.empty())
@@ -117,7 +117,13 @@ void PlanningJobs::OpenCase(const QString& folder) {
   job.work = [result, folder = folder.toStdString()](kerf::Progress& progress) {
     *result = kerf::ReadCaseForPlanning(folder, progress);
   };
-  job.done = [this, result, folder] {
+  job.done = [this, result, folder, changes = session_.Changes()] {
+    if (session_.Changes() != changes &&
+        !may_replace_(tr("Work was done while the case was read. Open it without saving them?"))) {
+      host_->Say(qKerfHost::Warning,
+                 tr("Planning keeps its work: save it, then open the case again."));
+      return;
+    }
     const std::string path = folder.toStdString() + "/ct.nrrd";
     session_.SetVolume(std::move(result->ct), path, {}, {}, &result->labels);
     session_.Restore(result->labels, result->rest);

@@ -22,10 +22,14 @@ class PlanningJobs : public QObject {
  public:
   PlanningJobs(qKerfHost* host, kerf::PlanningSession& session, QObject* parent);
 
-  /// Called before a CT takes the place of what is in the session; false keeps that.
-  void AskBeforeReplacing(std::function<bool()> may) { may_replace_ = std::move(may); }
+  /// Called, with the question, before something takes the place of work in the session; false
+  /// keeps that.
+  void AskBeforeReplacing(std::function<bool(const QString&)> may) {
+    may_replace_ = std::move(may);
+  }
   /// @param then called when the CT is in the session
   void Open(const QString& path, const QString& series, std::function<void()> then = {});
+  /// Whoever calls it has asked; it asks again where there is more work when the case is read.
   void OpenCase(const QString& folder);
   /// Unsaved work of before: its CT is opened, too.
   void Recover(const QString& file, std::function<void()> then);
@@ -63,5 +67,5 @@ class PlanningJobs : public QObject {
   kerf::PlanningSession& session_;
   std::shared_ptr<const kerf::PlannedCase> planned_;
   std::vector<kerf::SeriesInfo> series_;
-  std::function<bool()> may_replace_ = [] { return true; };
+  std::function<bool(const QString&)> may_replace_ = [](const QString&) { return true; };
 };

@@ -27,6 +27,8 @@ PlanningMouse::PlanningMouse(const On& on, QObject* parent) : QObject(parent), o
   connect(on_.views, &PlanningViews::ToolMoved, this, &PlanningMouse::Dragged);
   connect(on_.views, &PlanningViews::ToolReleased, this, &PlanningMouse::Released);
   connect(on_.views, &PlanningViews::SpotChosen, this, &PlanningMouse::SpotChosen);
+  // Where that ends a drag its point is not moved, and not shown as if it were.
+  connect(on_.plan, &qKerfPlanPanel::DrawingToggled, this, [this] { on_.views->ShowMoved({}); });
   connect(on_.views->Scene(), &qKerfSceneView::Picked, this, &PlanningMouse::Picked);
   connect(on_.views->Scene(), &qKerfSceneView::Pressed, this, &PlanningMouse::Grabbed);
   connect(on_.views->Scene(), &qKerfSceneView::Dragged, this, &PlanningMouse::Moved);
@@ -125,6 +127,7 @@ void PlanningMouse::Grabbed(const QPointF& at, bool* taken) {
   const kerf::Points& line = on_.session->Plan().line;
   const kerf::Vec3 into = on_.views->Scene()->ViewDirection();
   grabbed_ = -1;
+  moved_ = false;
   // Of those under the pointer the one in front.
   for (int p = 0; p < line.rows(); ++p) {
     const QPointF way = on_.views->Scene()->WidgetFromWorld(line.row(p).transpose()) - at;

@@ -1,5 +1,8 @@
 #include "qKerfPlanningModule.h"
 
+#include <QFileInfo>
+#include <QMimeDatabase>
+
 #include "Common/qKerfIcons.h"
 #include "qKerfPlanningPage.h"
 
@@ -13,6 +16,13 @@ QWidget* qKerfPlanningModule::CreateWidget(qKerfHost* host, QWidget* parent) {
 bool qKerfPlanningModule::OpenCase(const QString& folder) { return page_->OpenCase(folder); }
 
 bool qKerfPlanningModule::OpenData(const QString& path) {
+  // Everything else may be a CT that is damaged or misnamed: reading it says what is wrong.
+  if (QFileInfo(path).isFile()) {
+    const QString type =
+        QMimeDatabase().mimeTypeForFile(path, QMimeDatabase::MatchExtension).name();
+    for (const char* other : {"video/", "audio/", "image/"})
+      if (type.startsWith(other)) return false;
+  }
   page_->OpenCt(path);
   return true;
 }

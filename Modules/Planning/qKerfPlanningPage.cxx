@@ -49,8 +49,7 @@ qKerfPlanningPage::qKerfPlanningPage(qKerfHost* host, QWidget* parent)
   mouse_ =
       new PlanningMouse({host_, session_.get(), views_, jobs_, segment_, plan_, camera_}, this);
   session_->SetListener([this](PlanningChange change) { Listen(change); });
-  jobs_->AskBeforeReplacing(
-      [this] { return MayDropWork(tr("Open this CT without saving them?")); });
+  jobs_->AskBeforeReplacing([this](const QString& question) { return MayDropWork(question); });
   WireImport();
   WireSegment();
   WireRest();
@@ -189,6 +188,7 @@ void qKerfPlanningPage::ShowLeftWork() {
 void qKerfPlanningPage::Listen(PlanningChange change) {
   switch (change) {
     case PlanningChange::Volume:
+      recovery_->Forget();  // what this takes the place of is saved, or was given up
       views_->ShowVolume();
       break;
     case PlanningChange::Labels:

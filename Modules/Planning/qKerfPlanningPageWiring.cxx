@@ -151,7 +151,9 @@ void qKerfPlanningPage::WireRest() {
   connect(plan_, &qKerfPlanPanel::ClearLineWanted, this, [this] { session_->ClearLine(); });
   connect(plan_, &qKerfPlanPanel::DrawingToggled, this, [this](bool on) {
     views_->Scene()->SetPicking(on);
-    host_->ShowStatus(on ? tr("Click points on the organ; dragging turns it.") : QString());
+    host_->ShowStatus(on ? tr("Click points on the organ. A drag turns it, or moves the point on "
+                              "which it begins.")
+                         : QString());
   });
   connect(plan_, &qKerfPlanPanel::DirectionFromViewWanted, this,
           [this] { session_->SetDirection(views_->Scene()->ViewDirection()); });

@@ -5,6 +5,7 @@
 #include <QLabel>
 #include <QListWidget>
 #include <QPushButton>
+#include <QShowEvent>
 #include <QSplitter>
 #include <QStackedWidget>
 #include <QVBoxLayout>
@@ -273,6 +274,7 @@ qKerfIntraoperativeWidget::Step qKerfIntraoperativeWidget::CurrentStep() const {
 /// From another module: the page's keys work at once, without a click.
 void qKerfIntraoperativeWidget::showEvent(QShowEvent* event) {
   QWidget::showEvent(event);
+  if (event->spontaneous()) return;  // a window that is restored keeps its focus
   view_->setFocus();
 }
 

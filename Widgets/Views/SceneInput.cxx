@@ -51,6 +51,7 @@ bool SceneInput::MouseUsed(const QMouseEvent& event) {
   kerf::Vec3 origin_mm;
   if (event.type() == QEvent::MouseButtonPress && event.button() == Qt::LeftButton) {
     pressed_ = event.pos();
+    dragging_ = false;  // where the last release was not seen
     emit Pressed(event.pos(), &dragging_);
     return dragging_;
   }

@@ -13,6 +13,7 @@
 #include <QStatusBar>
 #include <QTableWidget>
 #include <QTimer>
+#include <filesystem>
 
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/OpenCv/CameraFile.h"
@@ -321,12 +322,15 @@ void PlanningBadInputGuiTest::WorkIsNotReplacedWithoutAQuestion() {
   gui_->Paint();
   const double painted = gui_->Volume_ml(0);
   QVERIFY(painted > 0);
+  const QString autosave = Path("run/work/planning/autosave.kerfwork");
+  QTRY_VERIFY_WITH_TIMEOUT(QFile::exists(autosave), 10000);
   const auto open = [this] { gui_->Drop(ct_); };
   const QString question = Asked(open, QMessageBox::Cancel);
   QVERIFY2(question.contains("no case holds"), qPrintable(question));
   QCOMPARE(gui_->Volume_ml(0), painted);
   QVERIFY(!Asked(open, QMessageBox::Discard).isEmpty());
   QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
+  QVERIFY2(!QFile::exists(autosave), "what was given up is not offered after a crash");
   // Nothing to lose, nothing asked.
   QVERIFY(Asked(open, QMessageBox::Cancel).isEmpty());
 }
@@ -356,6 +360,20 @@ void PlanningBadInputGuiTest::TheWholeWindowTakesADrop() {
   QVERIFY(!Asked(open, QMessageBox::Discard).isEmpty());
   QTRY_VERIFY(gui_->Volume_ml(0) != painted);
   QCOMPARE(gui_->State(2), kDone);
+  // Work that is done while a case is being read is asked about when the case is there.
+  const QString again = Path("again");
+  std::filesystem::copy(Path("case").toStdString(), again.toStdString(),
+                        std::filesystem::copy_options::recursive);
+  gui_->Step(1);
+  gui_->Click("toolPaint");
+  const auto open_and_paint = [&] {
+    gui_->Drop(again);
+    gui_->Drag("sliceAxial", 0.35, 0.45, 0.6, 0.55);
+  };
+  const QString late = Asked(open_and_paint, QMessageBox::Cancel);
+  QVERIFY2(late.contains("while the case was read"), qPrintable(late));
+  QTRY_COMPARE(gui_->Volume_ml(0), painted);
+  QVERIFY2(gui_->Message().contains("keeps its work"), qPrintable(gui_->Message()));
 }
 
 int main(int argc, char** argv) { return RunGuiTest<PlanningBadInputGuiTest>(argc, argv); }
