@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <optional>
 
 #include "Registration/CutDetection.h"
 #include "Registration/CutLine.h"
@@ -178,6 +178,7 @@ struct EvidenceOfCut {
   int cut = -1;
   Vec3 center;  ///< on the organ
   std::vector<Index> pairs;
+  FittedLine line;
 };
 
 /// The groups, those that lie beside one cut or begin where it leads on together: an instrument
@@ -188,43 +189,39 @@ std::vector<EvidenceOfCut> ByCut(const std::vector<PartingEdge>& parting,
   std::vector<EvidenceOfCut> all;
   struct Known {
     Points line;
-    std::size_t drawn;  ///< in `all`
+    int cut = -1;
+    std::optional<std::size_t> drawn = {};  ///< in `all`
   };
-  std::vector<Known> begun;
-  std::vector<std::size_t> drawn_of(cuts.size(), SIZE_MAX);
+  std::vector<Known> known;
+  for (std::size_t c = 0; c < cuts.size(); ++c)
+    known.push_back({cuts[c].line.points, static_cast<int>(c)});
   for (const auto& group : GroupParting(parting, t)) {
     const FittedLine line = FitCutLine(parting, group, t, jumps);
     const auto center = frame.OnOrgan(line.At(0.5 * (line.begin_mm + line.end_mm)));
     if (!center) continue;
     const double depth = frame.Depth(*center);
+    Known* owner = nullptr;
     double nearest = 1e30;
-    const auto nearer = [&](const Points& known) {
-      double distance = DistanceToLine(known, *center);
-      if (distance >= kSameCut_mm) distance = DistanceAhead_mm(known, line, depth, frame);
-      if (distance >= nearest) return false;
+    for (Known& one : known) {
+      double distance = DistanceToLine(one.line, *center);
+      if (distance >= kSameCut_mm) distance = DistanceAhead_mm(one.line, line, depth, frame);
+      if (distance >= nearest) continue;
       nearest = distance;
-      return true;
-    };
-    int cut = -1;
-    std::size_t drawn = all.size();
-    for (std::size_t c = 0; c < cuts.size(); ++c)
-      if (nearer(cuts[c].line.points)) {
-        cut = static_cast<int>(c);
-        drawn = std::min(drawn_of[c], all.size());
-      }
-    for (const Known& known : begun)
-      if (nearer(known.line)) drawn = known.drawn;
-    if (drawn < all.size()) {
-      all[drawn].pairs.insert(all[drawn].pairs.end(), group.begin(), group.end());
+      owner = &one;
+    }
+    if (owner && owner->drawn) {
+      EvidenceOfCut& drawn = all[*owner->drawn];
+      drawn.pairs.insert(drawn.pairs.end(), group.begin(), group.end());
+      drawn.line = FitCutLine(parting, drawn.pairs, t, jumps);
       continue;
     }
-    if (cut >= 0)
-      drawn_of[cut] = drawn;
+    if (owner)
+      owner->drawn = all.size();
     else if (BeginsCut(EvidenceOf(parting, group)))
-      begun.push_back({ToRows(Trace(line, EndOf(line, -1, t.spacing_mm, frame),
+      known.push_back({ToRows(Trace(line, EndOf(line, -1, t.spacing_mm, frame),
                                     EndOf(line, +1, t.spacing_mm, frame), depth, frame)),
-                       drawn});
-    all.push_back({cut, *center, group});
+                       -1, all.size()});
+    all.push_back({owner ? owner->cut : -1, *center, group, line});
   }
   return all;
 }
@@ -245,7 +242,7 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
   const LateralFrame frame(camera, *state->uncut);
   const Vec3 direction = options.extrusion ? *options.extrusion : camera.ViewDirection();
   for (const EvidenceOfCut& drawn : ByCut(parting, t, jumps, state->cuts, frame)) {
-    const FittedLine line = FitCutLine(parting, drawn.pairs, t, jumps);
+    const FittedLine& line = drawn.line;
     int cut_index = drawn.cut;
     CutEvent event;
     event.first = cut_index < 0;

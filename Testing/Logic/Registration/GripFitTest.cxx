@@ -280,6 +280,7 @@ TEST(ModelProbe, ACutThatIsTooShortGrowsAtItsInnerEnd) {
   const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
   Model model(&shorter);
   model.Follow(Seen(Truth(&right, 1.0)));
+  EXPECT_TRUE(WorthProbing({}, {}, model.state));
   const auto better = Probed(model);
   ASSERT_TRUE(better);
   EXPECT_EQ(better->by, BetterModel::By::Longer);
@@ -306,10 +307,6 @@ TEST(ModelProbe, ACutThatIsRightStaysAsItIs) {
   EXPECT_FALSE(Probed(model));
   // What is left is less than directions are searched for.
   EXPECT_FALSE(WorthProbing({}, {}, model.state));
-  const ModelCut shorter = CutTo(-3.0, 0);
-  Model wrong(&shorter);
-  wrong.Follow(Seen(Truth(&right, 1.0)));
-  EXPECT_TRUE(WorthProbing({}, {}, wrong.state));
 }
 
 // The line drawn anew is right but too short: what is better is gone on from.
