@@ -16,13 +16,14 @@ namespace {
 /// Outward faces of a positive tetrahedron: face k is opposite to vertex k.
 constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
+/// A face of a tetrahedron, its vertices in rising order. 32 bits each: half of the time that
+/// sorting takes is memory.
 struct FaceKey {
-  std::array<Index, 3> sorted;
-  Index tet;
-  int face;
-  bool operator<(const FaceKey& o) const {
-    return sorted != o.sorted ? sorted < o.sorted : tet < o.tet;
-  }
+  std::uint32_t smallest;
+  std::uint64_t others;  ///< the next in the upper half, the largest in the lower
+  std::uint32_t corner;  ///< 4 tet + face
+  Index Tet() const { return corner / 4; }
+  bool SameFace(const FaceKey& o) const { return smallest == o.smallest && others == o.others; }
 };
 
 /// Faces of all tetrahedra in order. Vertices are counted first, so that only the few faces that
@@ -30,28 +31,29 @@ struct FaceKey {
 /// grows.
 std::vector<FaceKey> SortedFaces(const Tets& tets) {
   if (tets.rows() == 0) return {};
+  if (tets.rows() >= Index{1} << 30) throw UsageError("a mesh of more than 2^30 tetrahedra");
   const Index first = tets.minCoeff();
   std::vector<std::size_t> place(static_cast<std::size_t>(tets.maxCoeff() - first) + 2, 0);
-  const auto key_of = [&](Index t, int f) {
-    FaceKey key{{tets(t, kFaces[f][0]), tets(t, kFaces[f][1]), tets(t, kFaces[f][2])}, t, f};
-    auto& [a, b, c] = key.sorted;
-    if (a > b) std::swap(a, b);
-    if (b > c) std::swap(b, c);
-    if (a > b) std::swap(a, b);
-    return key;
-  };
-  for (Index t = 0; t < tets.rows(); ++t)
-    for (int f = 0; f < 4; ++f) ++place[key_of(t, f).sorted[0] - first + 1];
-  std::partial_sum(place.begin(), place.end(), place.begin());
-  std::vector<FaceKey> faces(static_cast<std::size_t>(4 * tets.rows()));
+  std::vector<FaceKey> unsorted, faces(static_cast<std::size_t>(4 * tets.rows()));
+  unsorted.reserve(faces.size());
   for (Index t = 0; t < tets.rows(); ++t)
     for (int f = 0; f < 4; ++f) {
-      const FaceKey key = key_of(t, f);
-      faces[place[key.sorted[0] - first]++] = key;
+      auto a = static_cast<std::uint32_t>(tets(t, kFaces[f][0]) - first);
+      auto b = static_cast<std::uint32_t>(tets(t, kFaces[f][1]) - first);
+      auto c = static_cast<std::uint32_t>(tets(t, kFaces[f][2]) - first);
+      if (a > b) std::swap(a, b);
+      if (b > c) std::swap(b, c);
+      if (a > b) std::swap(a, b);
+      unsorted.push_back({a, std::uint64_t{b} << 32 | c, static_cast<std::uint32_t>(4 * t + f)});
+      ++place[a + 1];
     }
+  std::partial_sum(place.begin(), place.end(), place.begin());
+  for (const FaceKey& key : unsorted) faces[place[key.smallest]++] = key;
   std::size_t begin = 0;
   for (const std::size_t end : place) {  // each is where the next vertex' faces begin by now
-    std::sort(faces.begin() + begin, faces.begin() + end);
+    std::sort(faces.begin() + begin, faces.begin() + end, [](const FaceKey& l, const FaceKey& r) {
+      return l.others != r.others ? l.others < r.others : l.corner < r.corner;
+    });
     begin = end;
   }
   return faces;
@@ -130,18 +132,18 @@ void TetMesh::Validate(const std::string& file) const {
 
 Triangles BoundaryFaces(const Tets& tets, std::vector<Index>* tet_of_face) {
   const auto faces = SortedFaces(tets);
-  std::vector<std::pair<Index, int>> boundary;  // (tet, face)
+  std::vector<std::uint32_t> boundary;
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t j = i + 1;
-    while (j < faces.size() && faces[j].sorted == faces[i].sorted) ++j;
-    if (j == i + 1) boundary.push_back({faces[i].tet, faces[i].face});
+    while (j < faces.size() && faces[j].SameFace(faces[i])) ++j;
+    if (j == i + 1) boundary.push_back(faces[i].corner);
     i = j;
   }
   std::sort(boundary.begin(), boundary.end());
   Triangles out(static_cast<Index>(boundary.size()), 3);
   if (tet_of_face) tet_of_face->resize(boundary.size());
   for (std::size_t i = 0; i < boundary.size(); ++i) {
-    const auto [t, f] = boundary[i];
+    const Index t = boundary[i] / 4, f = boundary[i] % 4;
     for (int k = 0; k < 3; ++k) out(i, k) = tets(t, kFaces[f][k]);
     if (tet_of_face) (*tet_of_face)[i] = t;
   }
@@ -178,8 +180,8 @@ int TetComponents(const Tets& tets, std::vector<Index>* component_of_tet) {
   };
   const auto faces = SortedFaces(tets);
   for (std::size_t i = 1; i < faces.size(); ++i)
-    if (faces[i].sorted == faces[i - 1].sorted) {
-      const Index a = find(faces[i].tet), b = find(faces[i - 1].tet);
+    if (faces[i].SameFace(faces[i - 1])) {
+      const Index a = find(faces[i].Tet()), b = find(faces[i - 1].Tet());
       parent[std::max(a, b)] = std::min(a, b);
     }
   std::vector<Index> number(tets.rows(), -1);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <numeric>
 
 #include "Core/Features.h"
 
@@ -22,23 +22,32 @@ BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) 
   std::vector<Index> tet_of_face;
   out.triangles = BoundaryFaces(mesh.tets, &tet_of_face);
   out.tet_of_vertex.assign(mesh.VertexCount(), -1);
+  // Sides by their smaller vertex, counted first: few share one and have to be sorted.
   struct Side {
-    Index a, b, triangle;
-    bool operator<(const Side& o) const {
-      return std::tie(a, b, triangle) < std::tie(o.a, o.b, o.triangle);
-    }
+    Index smaller, larger, triangle;
   };
-  std::vector<Side> sides;
-  sides.reserve(3 * out.triangles.rows());
+  std::vector<Side> unsorted;
+  unsorted.reserve(3 * out.triangles.rows());
+  std::vector<std::size_t> place(mesh.VertexCount() + 1, 0);
   for (Index t = 0; t < out.triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
       const Index a = out.triangles(t, k), b = out.triangles(t, (k + 1) % 3);
-      sides.push_back({std::min(a, b), std::max(a, b), t});
+      unsorted.push_back({std::min(a, b), std::max(a, b), t});
+      ++place[std::min(a, b) + 1];
       out.tet_of_vertex[a] = tet_of_face[t];
     }
-  std::sort(sides.begin(), sides.end());
+  std::partial_sum(place.begin(), place.end(), place.begin());
+  std::vector<Side> sides(unsorted.size());
+  for (const Side& side : unsorted) sides[place[side.smaller]++] = side;
+  std::size_t begin = 0;
+  for (const std::size_t end : place) {  // each is where the next vertex' sides begin by now
+    std::sort(sides.begin() + begin, sides.begin() + end, [](const Side& l, const Side& r) {
+      return l.larger != r.larger ? l.larger < r.larger : l.triangle < r.triangle;
+    });
+    begin = end;
+  }
   for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {
-    out.edges.push_back({sides[i].a, sides[i].b});
+    out.edges.push_back({sides[i].smaller, sides[i].larger});
     out.beside.push_back({sides[i].triangle, sides[i + 1].triangle});
   }
   out.blind.assign(mesh.VertexCount(), 0);
