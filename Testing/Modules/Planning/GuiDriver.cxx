@@ -45,6 +45,12 @@ void GuiDriver::Click(const QString& button) const {
   QTest::mouseClick(Find(button), Qt::LeftButton);
 }
 
+void GuiDriver::Undo() const {
+  window_->activateWindow();
+  if (!QTest::qWaitForWindowActive(window_.get())) qFatal("the window does not get the keyboard");
+  QTest::keyClick(window_.get(), Qt::Key_Z, Qt::ControlModifier);
+}
+
 QString GuiDriver::Text(const QString& label) const {
   return qobject_cast<QLabel*>(Find(label))->text();
 }

@@ -22,6 +22,7 @@ class GuiDriver {
   qKerfMainWindow* Window() const { return window_.get(); }
   QWidget* Find(const QString& name) const;
   void Click(const QString& button) const;
+  void Undo() const;  ///< by key, when the window has the keyboard: a dialog may just have had it
   QString Text(const QString& label) const;
   QString Message() const;          ///< of the message bar; empty when it is closed
   double Volume_ml(int row) const;  ///< as the label list says

@@ -231,7 +231,7 @@ void PlanningBadInputGuiTest::MeshAndPlanAnswerBadInput() {
   QVERIFY2(gui_->Message().contains("no organ yet"), qPrintable(gui_->Message()));
   QVERIFY(gui_->Text("checklist").contains("Segment the organ (step 2)"));
   QVERIFY(!gui_->Find("saveButton")->isEnabled());
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   // Two pieces: said, with what to do, and repaired by one press.
   paint(0, 8);
   gui_->Click("sphereCheck");

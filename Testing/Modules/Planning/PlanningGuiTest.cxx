@@ -216,7 +216,7 @@ void PlanningGuiTest::FromCtToCase() {
   gui_->Click("toolErase");
   gui_->Drag("sliceAxial", 0.3, 0.5, 0.7, 0.5);
   QTRY_COMPARE(gui_->State(2), kProblem);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->State(2), kDone);
 
   // The case is in the browser and opens again.

@@ -81,7 +81,7 @@ void PlanningKeysGuiTest::FromThePhantomsCtToACase() {
   Press("radiusSlider", Qt::Key_End);
   Press("sliceAxial", Qt::Key_Space);
   QTRY_VERIFY(gui_->Volume_ml(0) < before);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_VERIFY(std::abs(gui_->Volume_ml(0) + gui_->Volume_ml(1) + gui_->Volume_ml(2) - organ) <
               0.01);
 
@@ -112,7 +112,7 @@ void PlanningKeysGuiTest::FromThePhantomsCtToACase() {
   gui_->ChooseFile("openCameraButton", study + "/camera.yml");
   QTRY_VERIFY2(gui_->Text("cameraInfo").contains("960"), qPrintable(gui_->Message()));
   // One stack for all of it: the camera file is taken back, and comes again.
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_VERIFY(gui_->Text("cameraInfo").contains("No camera"));
   QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
   QTRY_VERIFY(gui_->Text("cameraInfo").contains("960"));

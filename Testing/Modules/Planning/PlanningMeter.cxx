@@ -86,7 +86,7 @@ void MeasurePace(const GuiDriver& gui) {
       QApplication::sendEvent(axial, &move);
     });
     QTest::mouseRelease(axial, Qt::LeftButton, Qt::NoModifier, at(0.7));
-    QTest::keyClick(gui.Window(), Qt::Key_Z, Qt::ControlModifier);
+    gui.Undo();
     gui.Click("sphereCheck");
   }
 }
@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
     if (!gui.Message().isEmpty()) std::printf("  %s\n", qPrintable(gui.Message()));
   };
   const auto press = [&](const char* name) { return [&gui, name] { gui.Click(name); }; };
-  const auto undo = [&] { QTest::keyClick(gui.Window(), Qt::Key_Z, Qt::ControlModifier); };
+  const auto undo = [&] { gui.Undo(); };
 
   doing("the CT is opened", [&] { gui.Drop(ct); });
   gui.Step(1);

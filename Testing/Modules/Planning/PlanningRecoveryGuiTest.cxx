@@ -67,9 +67,9 @@ void PlanningRecoveryGuiTest::PaintUndoRedoByKeys() {
   QVERIFY(second > first);
   auto* undo = gui_->Window()->findChild<QAction*>("undoAction");
   QCOMPARE(undo->text().remove('&'), QString("Undo: paint"));
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), first);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
   QVERIFY(!undo->isEnabled());
   QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);

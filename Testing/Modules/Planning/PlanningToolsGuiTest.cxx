@@ -164,7 +164,7 @@ void PlanningToolsGuiTest::FinishedLabelsAreImported() {
   QCOMPARE(gui_->Volume_ml(1), 8.0);
   QCOMPARE(gui_->Volume_ml(2), 0.0);  // label 9 was left out
   QCOMPARE(UndoText(), QString("Undo: import labels"));
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), 0.0);
 }
 
@@ -183,7 +183,7 @@ void PlanningToolsGuiTest::TheContourSnapsToTheEdgesAndIsUndone() {
   QVERIFY(gui_->Idle());
   QTRY_VERIFY2(gui_->Volume_ml(0) < spoiled_ml_ - 0.3, qPrintable(gui_->Message()));
   QCOMPARE(UndoText(), QString("Undo: snap to edges"));
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), spoiled_ml_);
 }
 
@@ -221,7 +221,7 @@ void PlanningToolsGuiTest::LabelsAreCombined() {
   QTRY_VERIFY(std::abs(gui_->Volume_ml(0) - (organ + tumour)) < 0.11);
   QCOMPARE(gui_->Volume_ml(1), 0.0);
   QCOMPARE(UndoText(), QString("Undo: combine labels"));
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), organ);
   QCOMPARE(gui_->Volume_ml(1), tumour);
   // Subtract what lies within reach of the tumour: less of the organ, the tumour as it was.
@@ -232,7 +232,7 @@ void PlanningToolsGuiTest::LabelsAreCombined() {
   QTRY_VERIFY(gui_->Volume_ml(0) < organ);
   const double far_part = gui_->Volume_ml(0);
   QCOMPARE(gui_->Volume_ml(1), tumour);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTRY_COMPARE(gui_->Volume_ml(0), organ);
   // Keep only near: the other part of it.
   operation->setCurrentIndex(2);
@@ -284,7 +284,7 @@ void PlanningToolsGuiTest::APointOfTheLineIsMoved() {
   QCOMPARE(UndoText(), QString("Undo: move point of the resection line"));
   QTest::qWait(200);
   QVERIFY(gui_->Find("sceneCanvas")->grab().toImage() != before);
-  QTest::keyClick(gui_->Window(), Qt::Key_Z, Qt::ControlModifier);
+  gui_->Undo();
   QTest::qWait(200);
   QVERIFY(gui_->Find("sceneCanvas")->grab().toImage() == before);
 }
