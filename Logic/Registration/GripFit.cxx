@@ -95,13 +95,14 @@ constexpr double kUsualApproach_mm = 10.0;
 constexpr double kLawError = 0.15;    // of the squared strain: relative error of an organ's width
 constexpr double kTolerance = 1e-4;   // relative energy gap
 constexpr double kAtRest_mm2 = 1e-6;  // a cost per feature that no step needs to lower
-constexpr double kProbe_mm = 0.5;     // translation that a sensitivity is measured with
-constexpr double kProbe_rad = 0.02;   // rotation
+constexpr int kNewtonStepsOfColumn = 4;
+constexpr double kProbe_mm = 0.5;    // translation that a sensitivity is measured with
+constexpr double kProbe_rad = 0.02;  // rotation
 
 /// The organ in equilibrium with its held vertices at motions · rest, from `positions` on.
 SolveReport Settle(const TetMesh& mesh, const Material& material,
                    const std::vector<GripRegion>& regions,
-                   const std::vector<Eigen::Isometry3d>& motions, int newton_steps,
+                   const std::vector<Eigen::Isometry3d>& motions, const GripFitOptions& fitting,
                    ElasticSolver* solver, Points* positions) {
   Fixations held;
   std::vector<Vec3> targets;
@@ -121,7 +122,8 @@ SolveReport Settle(const TetMesh& mesh, const Material& material,
   none.directions.resize(0, 3);
   SolveOptions options;
   options.tolerance = kTolerance;
-  options.max_newton_steps = newton_steps;
+  options.max_newton_steps = fitting.newton_steps;
+  options.most_iterations = fitting.most_iterations;
   Points velocities = Points::Zero(positions->rows(), 3);  // untouched without inertia
   return solver->Solve(none, held, options, positions, &velocities);
 }
@@ -168,8 +170,8 @@ std::vector<Vec3> CentersOf(const GripFit& fit, const Points& rest) {
   return centers;
 }
 
-void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps,
-                 const Embedding& features, ElasticSolver* solver, GripFit* fit) {
+void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding& features,
+                 ElasticSolver* solver, GripFit* fit) {
   const int column = fit->next_column;
   fit->next_column = (column + 1) % static_cast<int>(fit->sensitivities.cols());
   const int g = column / 6, k = column % 6;
@@ -180,7 +182,10 @@ void RenewColumn(const TetMesh& mesh, const Material& material, int newton_steps
   Points positions = fit->positions;
   fit->fields.resize(fit->sensitivities.cols());
   if (fit->fields[column]) positions += by * *fit->fields[column];
-  Settle(mesh, material, fit->regions, motions, newton_steps, solver, &positions);
+  GripFitOptions options;  // a difference needs its equilibrium whole
+  options.newton_steps = kNewtonStepsOfColumn;
+  options.most_iterations = 0;
+  Settle(mesh, material, fit->regions, motions, options, solver, &positions);
   auto field = std::make_shared<Points>((positions - fit->positions) / by);
   const Points change = features.Positions(*field, mesh.tets);
   fit->sensitivities.col(column) = Eigen::Map<const Eigen::VectorXd>(change.data(), change.size());
@@ -210,6 +215,7 @@ void FollowCut(const TopologyChange& change, GripFit* fit) {
   for (auto& field : fit->fields)
     if (field) field = std::make_shared<Points>(change.MapVertexField(*field));
   fit->settled = false;
+  fit->torn = true;
 }
 
 std::vector<Index> VerticesIn(const GripRegion& region, const Points& rest) {
@@ -261,6 +267,7 @@ GripFit MovedOn(GripFit fit, const GripFit& then, const GripFit& now, const Poin
   fit.trust = now.trust;
   fit.trust_across = now.trust_across;
   fit.settled = false;
+  fit.torn = true;
   return fit;
 }
 
@@ -281,7 +288,7 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
   solver->Reset(mesh, material);
   fit.sensitivities.resize(3 * bound.rest.rows(), 12);
   for (int column = 0; column < 12; ++column)
-    RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, &fit);
+    RenewColumn(mesh, material, bound.embedding, solver, &fit);
   return fit;
 }
 
@@ -290,6 +297,9 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
                  const GripFitOptions& options, ElasticSolver* solver, GripFit* fit) {
   const Sights sights = SightsOf(bound, pixels, usable, camera);
   const Index m = static_cast<Index>(sights.feature.size());
+  const bool settles_only = SettlesOnly(*fit);
+  fit->torn = false;
+  fit->waited = settles_only;
   if (m < 12) {
     fit->trust = std::max(0.0, fit->trust - options.trust_lost);
     fit->trust_across = std::max(0.0, fit->trust_across - options.trust_lost);
@@ -301,17 +311,18 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     fit->strain2 = SquaredStrain(fit->volume_mm3, material, report.elastic_energy_uJ);
   };
   if (!fit->settled)
-    settled(Settle(mesh, material, fit->regions, fit->motions, options.newton_steps, solver,
-                   &fit->positions));
-  if (--fit->frames_to_renewal < 0 || !HasFields(*fit)) {
-    for (int i = 0; i < options.renewed_columns; ++i)  // measured from the equilibrium
-      RenewColumn(mesh, material, options.newton_steps, bound.embedding, solver, fit);
+    settled(Settle(mesh, material, fit->regions, fit->motions, options, solver, &fit->positions));
+  if (settles_only) return;  // what lies between is no measure yet
+  const auto given_up = [&] { return options.given_up && *options.given_up; };
+  if ((--fit->frames_to_renewal < 0 || !HasFields(*fit)) && fit->settled) {
+    for (int i = 0; i < options.renewed_columns && !given_up(); ++i)  // from the equilibrium
+      RenewColumn(mesh, material, bound.embedding, solver, fit);
     fit->frames_to_renewal = options.renewal_frames - 1;
   }
   const double approach = ApproachWeight(sights, fit->strain2, camera);
   Misfit now = MisfitOf(sights, fit->positions, fit->motions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
-  for (int step = 0; step < options.steps; ++step) {
+  for (int step = 0; step < options.steps && !given_up(); ++step) {
     Eigen::MatrixXd across(2 * m, n), along(m, n);  // of the features by the parameters
     for (Index k = 0; k < m; ++k) {
       const auto moved = fit->sensitivities.middleRows<3>(3 * sights.feature[k]);
@@ -340,7 +351,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
       motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
     Points positions = Foreseen(*fit, q);
     const SolveReport report =
-        Settle(mesh, material, fit->regions, motions, options.newton_steps, solver, &positions);
+        Settle(mesh, material, fit->regions, motions, options, solver, &positions);
     const Misfit then = MisfitOf(sights, positions, motions, mesh, options, approach);
     if (then.cost < now.cost) {
       fit->motions = motions;

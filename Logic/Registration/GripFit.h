@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -30,6 +31,8 @@ struct GripFit {
   std::vector<std::shared_ptr<const Points>> fields;  ///< 6G, the same of all vertices, N×3: starts
                                                       ///< for the next solves; none: not known
   bool settled = false;       ///< `positions` are the equilibrium
+  bool torn = false;          ///< the model was cut since the last update
+  bool waited = false;        ///< in the last update the motions stayed as they were
   int next_column = 0;        ///< the sensitivity that is renewed next
   int frames_to_renewal = 0;  ///< until then the sensitivities stay
   double lambda = 1e-2;       ///< damping of the next step
@@ -51,9 +54,11 @@ struct GripFitOptions {
                                  ///< turned, and a turn of 100° once made up for the law's error
   double trust_gained = 0.1;     ///< at most, a frame: the overlay must not leap
   double trust_lost = 0.25;
-  int steps = 1;                    ///< damped Gauss–Newton steps a frame
-  int newton_steps = 4;             ///< of one equilibrium at most; the rest is left to the next
-  int renewed_columns = 1;          ///< sensitivities measured anew at a time, in turn
+  int steps = 1;             ///< damped Gauss–Newton steps a frame
+  int newton_steps = 2;      ///< of one equilibrium at most; the rest is left to the next
+  int most_iterations = 24;  ///< of its linear solves, likewise (0: no limit)
+  const std::atomic<bool>* given_up = nullptr;  ///< true: ends before the next equilibrium
+  int renewed_columns = 1;                      ///< sensitivities measured anew at a time, in turn
   int renewal_frames = 6;           ///< from one time to the next; each while some are unknown
   double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
@@ -71,11 +76,16 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
                    const GripFitOptions& options, ElasticSolver* solver);
 
 /// One frame: the motions are corrected by damped Gauss–Newton steps on what lies between the
-/// model's features and their lines of sight. `solver` and `fit` have followed every cut of `mesh`.
+/// model's features and their lines of sight; where the model has been cut (SettlesOnly) it is
+/// brought into equilibrium alone. `solver` and `fit` have followed every cut of `mesh`.
 /// @param usable one flag per feature
 void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatures& bound,
                  const Pixels& pixels, const std::vector<char>& usable, const CameraModel& camera,
                  const GripFitOptions& options, ElasticSolver* solver, GripFit* fit);
+
+/// Whether the next update leaves the motions as they are and brings the organ into equilibrium
+/// alone: that is work enough for a frame in which it was cut, but not in one after the other.
+inline bool SettlesOnly(const GripFit& fit) { return fit.torn && !fit.waited; }
 
 /// The organ bent smoothly from grip to grip, not yet in equilibrium: a start that no cut has torn.
 Points BentByGrips(const GripFit& fit, const Points& rest);

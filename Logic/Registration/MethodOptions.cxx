@@ -4,6 +4,13 @@
 
 namespace kerf {
 
+SolveOptions MethodOptions::FrameSolve() {
+  SolveOptions solve;
+  solve.max_newton_steps = kFrameNewtonSteps;
+  solve.most_iterations = kFrameIterations;
+  return solve;
+}
+
 double MethodOptions::SpringStiffness_g_s2() const {
   if (spring_g_s2) return *spring_g_s2;
   return 1000.0 * material.young_kPa * spring_factor_mm;

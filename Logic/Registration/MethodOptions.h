@@ -13,6 +13,10 @@ enum class Method {
   Reference  ///< the paper's method, for comparison
 };
 
+/// The most that the solver does in one frame: what has not settled then goes on in the next, from
+/// where it is. Cuts and leaps need it, a motion that is followed does not.
+constexpr int kFrameNewtonSteps = 2, kFrameIterations = 28;
+
 /// Everything that steers one registration. The defaults are Kerf's; `ReferenceOptions()` gives the
 /// paper's.
 struct MethodOptions {
@@ -35,7 +39,7 @@ struct MethodOptions {
   int silhouette_reach_px = 30;  ///< how far from the model's outline the organ's is looked for
   bool grips = true;             ///< explain the tracks by few rigid grips and take depth from them
   int steps_per_frame = 1;       ///< repeats of steps [2]–[8] of Fig. 1 with one frame
-  SolveOptions solve;
+  SolveOptions solve = FrameSolve();
 
   // Cut detection, Eq. (11)
   double neighbour_radius_mm = 15.0;   ///< r_PF⁰
@@ -49,6 +53,7 @@ struct MethodOptions {
 
   int wanted_features = 225;
   double SpringStiffness_g_s2() const;
+  static SolveOptions FrameSolve();
   /// @throws UsageError naming the option out of range
   void Validate() const;
 };

@@ -57,10 +57,12 @@ class Comparison {
  public:
   Comparison(const std::vector<char>& usable, const CameraModel& camera,
              const MethodOptions& options, const ModelProbeOptions& probe,
-             std::shared_ptr<const RegistrationState> state)
+             std::shared_ptr<const RegistrationState> state, const std::atomic<bool>* given_up)
       : usable_(usable), camera_(camera), options_(options), state_(std::move(state)) {
     fitting_.steps = probe.steps;
+    fitting_.given_up = given_up;
     fitting_.newton_steps = 12;
+    fitting_.most_iterations = 0;
     gain_ = probe.gain;
     regrip_gain_ = probe.regrip_gain;
   }
@@ -119,7 +121,7 @@ class Comparison {
     fitting.renewed_columns = columns;
     fitting.renewal_frames = 1;
     fit.frames_to_renewal = 0;
-    fit.settled = false;
+    fit.settled = fit.torn = false;
     BoundFeatures bound = state_->bound;
     bound.embedding = features;
     solver->Reset(mesh, options_.material);
@@ -175,7 +177,7 @@ std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const Cam
                                       const MethodOptions& options, const ModelProbeOptions& probe,
                                       std::shared_ptr<const RegistrationState> state,
                                       const std::atomic<bool>* given_up) {
-  Comparison comparison(usable, camera, options, probe, state);
+  Comparison comparison(usable, camera, options, probe, state, given_up);
   using By = ModelChange::By;
   const Points start = BentByGrips(state->grips, state->origin->mesh.rest);
   const auto go_on = [&] { return !given_up || !*given_up; };
@@ -318,7 +320,9 @@ std::optional<BetterModel> ProbeModel(const std::vector<char>& usable, const Cam
         if (!lengthen(c, at_end)) shorten(c, at_end);
     }
   }
-  return go_on() ? comparison.Take() : std::nullopt;
+  if (!go_on()) return std::nullopt;
+  auto best = comparison.Take();
+  return go_on() ? std::move(best) : std::nullopt;  // given up, it is not whole
 }
 
 }  // namespace kerf

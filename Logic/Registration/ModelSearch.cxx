@@ -11,6 +11,9 @@
 namespace kerf {
 namespace {
 
+/// An idle search is looked after so often, and has to get this share of a core in that time.
+constexpr std::chrono::milliseconds kLook{20}, kPatience{500};
+constexpr double kLeastShare = 0.15;
 constexpr double kShortest_mm = 0.5;  // growth
 constexpr double kStraight = 0.8;     // cosine of the bend where an end has grown meanwhile
 
@@ -23,28 +26,72 @@ bool ModelSearch::Begin(const std::vector<char>& usable, const CameraModel& came
   if (!WorthProbing(options, probe, state)) return false;
   given_up_ = std::make_shared<std::atomic<bool>>(false);
   auto then = std::make_shared<const RegistrationState>(state);
-  found_ = std::async(std::launch::async, [=, given_up = given_up_] {
-    StepBehindOthers(2);  // frames come first, then what draws them
-    tbb::task_arena alone(1);
-    return alone.execute(
-        [&] { return ProbeModel(usable, camera, options, probe, then, given_up.get()); });
-  });
+  const auto search = [=](const std::atomic<bool>* given_up) {
+    return ProbeModel(usable, camera, options, probe, then, given_up);
+  };
+  found_ = std::async(std::launch::async,
+                      [=, given_up = given_up_] { return BehindOthers(search, *given_up); });
   return true;
+}
+
+ModelSearch::Answer ModelSearch::BehindOthers(
+    const std::function<std::optional<BetterModel>(const std::atomic<bool>*)>& search,
+    const std::atomic<bool>& given_up) {
+  const auto leave = std::make_shared<std::atomic<bool>>(false);
+  auto begun = std::make_shared<std::promise<std::function<double()>>>();
+  auto clock_of = begun->get_future();
+  Answer answer;
+  Result idle = std::async(std::launch::async, [=] {
+    begun->set_value(ProcessorClock());
+    WorkWhenIdle();  // frames come first, and what draws them
+    tbb::task_arena alone(1);
+    return alone.execute([&] { return search(leave.get()); });
+  });
+  const std::function<double()> clock = clock_of.get();
+  for (double before_s = clock();;) {
+    for (auto waited = kLook; waited <= kPatience && !given_up; waited += kLook)
+      if (idle.wait_for(kLook) == std::future_status::ready) {
+        answer.better = idle.get();
+        return answer;
+      }
+    const double now_s = clock();
+    const double wanted_s = kLeastShare * std::chrono::duration<double>(kPatience).count();
+    if (given_up || now_s - before_s < wanted_s) break;
+    before_s = now_s;
+  }
+  *leave = true;
+  answer.left_behind = std::move(idle);
+  if (given_up) return answer;
+  StepBehindOthers();
+  StepBehindOthers();
+  tbb::task_arena alone(1);
+  answer.better = alone.execute([&] { return search(&given_up); });
+  return answer;
 }
 
 std::optional<BetterModel> ModelSearch::Finish() {
   Clear();
   if (!found_.valid()) return std::nullopt;
-  return found_.get();
+  Answer answer = found_.get();
+  if (answer.left_behind.valid()) left_behind_.push_back(std::move(answer.left_behind));
+  return std::move(answer.better);
 }
 
 void ModelSearch::Clear() {
-  given_up_ones_.erase(std::remove_if(given_up_ones_.begin(), given_up_ones_.end(),
-                                      [](const Result& search) {
-                                        return search.wait_for(std::chrono::seconds(0)) ==
-                                               std::future_status::ready;
-                                      }),
-                       given_up_ones_.end());
+  const auto ended = [](const auto& thread) {
+    return thread.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+  for (auto search = given_up_ones_.begin(); search != given_up_ones_.end();) {
+    if (!ended(*search)) {
+      ++search;
+      continue;
+    }
+    if (Answer answer = search->get(); answer.left_behind.valid())
+      left_behind_.push_back(std::move(answer.left_behind));
+    search = given_up_ones_.erase(search);
+  }
+  left_behind_.erase(std::remove_if(left_behind_.begin(), left_behind_.end(), ended),
+                     left_behind_.end());
 }
 
 void ModelSearch::Drop() {
@@ -81,9 +128,11 @@ CutEvent TakeOver(BetterModel better, const MethodOptions& options, Engine& engi
                   RegistrationState* state) {
   CutEvent event;
   if (better.by == ModelChange::By::Regripped) {
-    if (state->mesh.VertexCount() == better.fitted.positions.rows())
+    if (state->mesh.VertexCount() == better.fitted.positions.rows()) {
       state->grips =
           MovedOn(std::move(better.fitted), better.then->grips, state->grips, state->mesh.rest);
+      state->grips.torn = false;  // no cut
+    }
     return event;
   }
   event.cut = better.cut;

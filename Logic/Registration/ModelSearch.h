@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -11,9 +12,11 @@
 
 namespace kerf {
 
-/// Searches for better cuts (Registration/ModelProbe.h) on a thread of its own, beside the frames.
-/// It works on a copy of the state; who began it says in which frame its answer is taken over, so
-/// that results do not depend on how long it takes. One search at a time.
+/// Searches for better cuts (Registration/ModelProbe.h) on a thread of its own, beside the frames
+/// and behind them: it works where a core has nothing else to do, and as one among others (ten
+/// steps of niceness) only on a machine that has always something else to do. It works on a copy of
+/// the state; who began it says in which frame its answer is taken over, so that results do not
+/// depend on how long it takes. One search at a time.
 class ModelSearch {
  public:
   ~ModelSearch() { Drop(); }  // and waits until all have noticed
@@ -34,9 +37,17 @@ class ModelSearch {
   /// Forgets those that have noticed.
   void Clear();
   using Result = std::future<std::optional<BetterModel>>;
-  Result found_;
+  struct Answer {
+    std::optional<BetterModel> better;
+    Result left_behind;  ///< a thread that got no core, and has still to notice that it may end
+  };
+  static Answer BehindOthers(
+      const std::function<std::optional<BetterModel>(const std::atomic<bool>*)>& search,
+      const std::atomic<bool>& given_up);
+  std::future<Answer> found_;
   std::shared_ptr<std::atomic<bool>> given_up_;
-  std::vector<Result> given_up_ones_;  ///< that may still run
+  std::vector<std::future<Answer>> given_up_ones_;  ///< that may still run
+  std::vector<Result> left_behind_;
 };
 
 /// What a search found, put into the state of some frames later: the organ has moved since, and its

@@ -79,13 +79,12 @@ void PlacesNow(const RegistrationState& state, CutModel* model) {
 }
 
 std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodOptions& options,
-                                const RegistrationState& state, bool structures,
-                                const Points* start) {
+                                const RegistrationState& state, bool whole, const Points* start) {
   if (!state.origin) return std::nullopt;
   CutModel model;
   model.mesh = state.origin->mesh;
   model.features = state.origin->features;
-  if (structures) model.structures = state.origin->structures;
+  if (whole) model.structures = state.origin->structures;
   if (start) {
     model.positions = model.grip_positions = *start;
   } else {
@@ -115,6 +114,7 @@ std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodO
     }
     if (!any) return std::nullopt;
   }
+  if (whole) model.boundary = MakeBoundaryTopology(model.mesh, state.blind_outline);
   // What lies between the old S and the new one starts on the wrong side of the gap.
   if (!start) {
     Untangle(model.mesh, &model.positions);
@@ -131,7 +131,7 @@ void Adopt(CutModel model, const MethodOptions& options, Engine& engine, Registr
   state->velocities = Points::Zero(state->mesh.VertexCount(), 3);
   state->bound.embedding = std::move(model.features);
   state->structures = std::move(model.structures);
-  state->boundary = MakeBoundaryTopology(state->mesh, state->blind_outline);
+  state->boundary = std::move(model.boundary);
   engine.cutter = std::move(model.cutter);
   const bool prepared = model.solvers.organ && model.solvers.grips;
   if (prepared)

@@ -24,14 +24,15 @@ struct CutModel {
   Points positions, grip_positions;
   Embedding features;
   std::vector<Structure> structures;
+  BoundaryTopology boundary;
   std::vector<std::string> uncut;  ///< cut → why a part of its S stays uncut; empty: none does
   TetCutter cutter;
   Solvers solvers;  ///< set up with it; none: Adopt starts them afresh
 };
-/// @param structures false: they are left out. @param start where the uncut mesh's vertices begin,
-/// instead of the state's positions. @return none when a cut is refused
+/// @param whole false: a trial, without structures and boundary. @param start where the uncut
+/// mesh's vertices begin, instead of the state's positions. @return none when a cut is refused
 std::optional<CutModel> CutAnew(const std::vector<ModelCut>& cuts, const MethodOptions& options,
-                                const RegistrationState& state, bool structures,
+                                const RegistrationState& state, bool whole,
                                 const Points* start = nullptr);
 /// Puts it in the place of the state's; the solvers start afresh.
 void Adopt(CutModel model, const MethodOptions& options, Engine& engine, RegistrationState* state);

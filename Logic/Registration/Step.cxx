@@ -1,5 +1,7 @@
 #include "Registration/Step.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -16,6 +18,7 @@ namespace {
 
 constexpr int kSearchFrames = 8;         // what a search is given; live, a late one has longer
 constexpr double kRegripGrowth = 1.4;    // of the residual: then the held parts are tried again
+constexpr int kNewtonStepsAtCuts = 1;    // in a frame with a cut, which costs time itself
 constexpr int kLongestPause_frames = 8;  // between searches in vain
 
 void Begin(const Engine& engine, Stage stage) {
@@ -171,6 +174,11 @@ std::vector<CutEvent> Detect(const Points& current, const Points& targets,
   return DetectCut(divergence, camera, options, state);
 }
 
+/// Whether what the running search found is to be taken over now.
+bool IsDue(const RegistrationState& state) {
+  return state.probing.due_frame >= 0 && state.frame >= state.probing.due_frame;
+}
+
 /// Cuts as the grips say they are: longer, or turned. The search runs beside the frames.
 void Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
@@ -194,7 +202,7 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
     }
     return;
   }
-  if (state->frame < probing.due_frame || options.hold_search) return;
+  if (!IsDue(*state) || options.hold_search) return;
   probing.due_frame = -1;
   if (engine.observer) engine.observer->Wait();
   auto better = engine.search->Finish();
@@ -283,11 +291,27 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
         event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // and structures
       report.cuts.push_back(event);
     }
+    const bool cut_now = std::any_of(report.cuts.begin(), report.cuts.end(),
+                                     [](const CutEvent& event) { return event.report.done; });
     Begin(engine, Stage::Solve);
-    if (!state->grips.regions.empty() && engine.solvers.grips) {
+    const bool gripped = !state->grips.regions.empty() && engine.solvers.grips;
+    GripFitOptions grip_options;
+    if (SettlesOnly(state->grips)) grip_options.newton_steps = kNewtonStepsAtCuts;
+    const auto update_grips = [&] {
       UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
-                  camera, {}, engine.solvers.grips.get(), &state->grips);
+                  camera, grip_options, engine.solvers.grips.get(), &state->grips);
+    };
+    const auto refine = [&] {
       if (options.cutting && engine.search) Refine(usable, camera, options, engine, state, &report);
+    };
+    // Grips that only settle, since the organ has just been cut, do so beside the organ's own
+    // solve, which goes by what they said before; unless a search is to be taken over in between.
+    const bool beside =
+        gripped && cut_now && SettlesOnly(state->grips) && (!IsDue(*state) || options.hold_search);
+    if (gripped && !beside) {
+      update_grips();
+      refine();
+      Begin(engine, Stage::Solve);  // what was taken over may have been cut further
     }
     const Points gauged =
         TargetsAtRestDepth(state->features.pixels, GaugeDepths_mm(*state, camera), camera);
@@ -303,10 +327,19 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
       NoteOutline(seen, *state, &report);
       AddSilhouette(seen, camera, options, &springs);
     }
-    report.solve =
-        engine.solvers.organ->Solve(springs, HeldByGrips(*state, usable, camera, options),
-                                    options.solve,  // [7] minimize Eq. (5)
-                                    &state->positions, &state->velocities);
+    const Fixations held = HeldByGrips(*state, usable, camera, options);
+    SolveOptions most = options.solve;
+    if (options.method == Method::Kerf && cut_now) most.max_newton_steps = kNewtonStepsAtCuts;
+    const auto solve = [&] {
+      report.solve = engine.solvers.organ->Solve(springs, held, most,  // [7] minimize Eq. (5)
+                                                 &state->positions, &state->velocities);
+    };
+    if (beside) {
+      tbb::parallel_invoke(solve, update_grips);
+      refine();
+    } else {
+      solve();
+    }
   }
   report.untangled = Untangle(state->mesh, &state->positions);
   engine.tracker.Predict(ProjectedFeatures(*state, camera));

@@ -12,7 +12,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr double kLook_s = 0.1;           // how often a silent source is looked at
-constexpr int kSettle = 5;                // looks at the last picture of all after a decision
+constexpr int kSettle = 15;               // looks at the last picture of all after a decision
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
@@ -130,6 +130,7 @@ void IntraoperativeWorker::Implementation::DoNotWaitForSearch() {
 }
 
 void IntraoperativeWorker::Implementation::KeepDeadline() {
+  if (!last.step.cuts.empty()) return;  // most of their time does not come from iterations
   pace.Note(last.times.Sum(), last.times.solve_ms, last.step.solve.cg_iterations);
   if (pace.Limit() == solver_limit) return;
   IntraoperativeDecision decision;

@@ -60,9 +60,12 @@ class RegistrationSession {
   void KeepHistory() { history_kept_ = true; }
   /// Proposals wait for AcceptCut, or are applied as they come.
   void HoldCuts(bool hold) { options_.hold_cuts = hold; }
-  /// From the next frame on the solver takes at most so many iterations a frame; 0 = until it has
-  /// converged.
-  void LimitSolver(int iterations) { options_.solve.most_iterations = iterations; }
+  /// From the next frame on the solver takes at most so many iterations a frame; 0 = as many as
+  /// ever (kFrameIterations).
+  void LimitSolver(int iterations) {
+    options_.solve.most_iterations =
+        iterations > 0 ? std::min(iterations, kFrameIterations) : kFrameIterations;
+  }
   /// Whether `frame` would wait for the search for better cuts. How long that takes is up to the
   /// machine: who acts on it writes down what was decided.
   bool SearchIsLate(int frame) const {

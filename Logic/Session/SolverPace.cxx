@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "Registration/MethodOptions.h"
+
 namespace kerf {
 namespace {
 
-constexpr double kForget = 0.2;  // weight of the newest frame
-constexpr int kFewest = 12;      // follows a slow motion on every mesh
-constexpr int kPlenty = 160;     // two full Newton steps: more is no limit
+constexpr double kForget = 0.2;            // weight of the newest frame
+constexpr int kFewest = 12;                // follows a slow motion on every mesh
+constexpr int kPlenty = kFrameIterations;  // more is no limit
 constexpr double kChange = 1.25;
 
 }  // namespace
