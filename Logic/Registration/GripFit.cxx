@@ -182,10 +182,17 @@ void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding&
   Points positions = fit->positions;
   fit->fields.resize(fit->sensitivities.cols());
   if (fit->fields[column]) positions += by * *fit->fields[column];
-  GripFitOptions options;  // a difference needs its equilibrium whole
-  options.newton_steps = kNewtonStepsOfColumn;
-  options.most_iterations = 0;
-  Settle(mesh, material, fit->regions, motions, options, solver, &positions);
+  // A difference needs its equilibrium: the first one whatever it takes; a newer one that would
+  // take longer than a frame has for it waits for its next turn.
+  GripFitOptions options;
+  const bool known = fit->fields[column] != nullptr;
+  if (!known) {
+    options.newton_steps = kNewtonStepsOfColumn;
+    options.most_iterations = 0;
+  }
+  const SolveReport report =
+      Settle(mesh, material, fit->regions, motions, options, solver, &positions);
+  if (known && !report.converged) return;
   auto field = std::make_shared<Points>((positions - fit->positions) / by);
   const Points change = features.Positions(*field, mesh.tets);
   fit->sensitivities.col(column) = Eigen::Map<const Eigen::VectorXd>(change.data(), change.size());

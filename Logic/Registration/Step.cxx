@@ -296,7 +296,10 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     Begin(engine, Stage::Solve);
     const bool gripped = !state->grips.regions.empty() && engine.solvers.grips;
     GripFitOptions grip_options;
-    if (SettlesOnly(state->grips)) grip_options.newton_steps = kNewtonStepsAtCuts;
+    if (cut_now) {
+      grip_options.newton_steps = kNewtonStepsAtCuts;
+      grip_options.renewed_columns = 0;
+    }
     const auto update_grips = [&] {
       UpdateGrips(state->mesh, options.material, state->bound, state->features.pixels, usable,
                   camera, grip_options, engine.solvers.grips.get(), &state->grips);
