@@ -170,8 +170,8 @@ std::vector<Vec3> CentersOf(const GripFit& fit, const Points& rest) {
   return centers;
 }
 
-void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding& features,
-                 ElasticSolver* solver, GripFit* fit) {
+void RenewColumn(const TetMesh& mesh, const Material& material, const GripFitOptions& options,
+                 const Embedding& features, ElasticSolver* solver, GripFit* fit) {
   const int column = fit->next_column;
   fit->next_column = (column + 1) % static_cast<int>(fit->sensitivities.cols());
   const int g = column / 6, k = column % 6;
@@ -182,17 +182,13 @@ void RenewColumn(const TetMesh& mesh, const Material& material, const Embedding&
   Points positions = fit->positions;
   fit->fields.resize(fit->sensitivities.cols());
   if (fit->fields[column]) positions += by * *fit->fields[column];
-  // A difference needs its equilibrium: the first one whatever it takes; a newer one that would
-  // take longer than a frame has for it waits for its next turn.
-  GripFitOptions options;
-  const bool known = fit->fields[column] != nullptr;
-  if (!known) {
-    options.newton_steps = kNewtonStepsOfColumn;
-    options.most_iterations = 0;
+  // A newer one starts where the older one leads, and is nearer to the equilibrium in any case.
+  GripFitOptions most = options;
+  if (!fit->fields[column]) {
+    most.newton_steps = std::max(kNewtonStepsOfColumn, options.newton_steps);
+    most.most_iterations = 0;
   }
-  const SolveReport report =
-      Settle(mesh, material, fit->regions, motions, options, solver, &positions);
-  if (known && !report.converged) return;
+  Settle(mesh, material, fit->regions, motions, most, solver, &positions);
   auto field = std::make_shared<Points>((positions - fit->positions) / by);
   const Points change = features.Positions(*field, mesh.tets);
   fit->sensitivities.col(column) = Eigen::Map<const Eigen::VectorXd>(change.data(), change.size());
@@ -295,7 +291,7 @@ GripFit BeginGrips(const TetMesh& mesh, const BoundFeatures& bound, const Materi
   solver->Reset(mesh, material);
   fit.sensitivities.resize(3 * bound.rest.rows(), 12);
   for (int column = 0; column < 12; ++column)
-    RenewColumn(mesh, material, bound.embedding, solver, &fit);
+    RenewColumn(mesh, material, options, bound.embedding, solver, &fit);
   return fit;
 }
 
@@ -304,9 +300,6 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
                  const GripFitOptions& options, ElasticSolver* solver, GripFit* fit) {
   const Sights sights = SightsOf(bound, pixels, usable, camera);
   const Index m = static_cast<Index>(sights.feature.size());
-  const bool settles_only = SettlesOnly(*fit);
-  fit->torn = false;
-  fit->waited = settles_only;
   if (m < 12) {
     fit->trust = std::max(0.0, fit->trust - options.trust_lost);
     fit->trust_across = std::max(0.0, fit->trust_across - options.trust_lost);
@@ -319,11 +312,14 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   };
   if (!fit->settled)
     settled(Settle(mesh, material, fit->regions, fit->motions, options, solver, &fit->positions));
-  if (settles_only) return;  // what lies between is no measure yet
+  fit->waited = SettlesOnly(*fit);
+  fit->torn = false;
+  if (fit->waited) return;  // what lies between is no measure yet
   const auto given_up = [&] { return options.given_up && *options.given_up; };
-  if ((--fit->frames_to_renewal < 0 || !HasFields(*fit)) && fit->settled) {
+  const bool due = --fit->frames_to_renewal < 0 || !HasFields(*fit);
+  if (due && fit->settled && options.renewed_columns > 0) {
     for (int i = 0; i < options.renewed_columns && !given_up(); ++i)  // from the equilibrium
-      RenewColumn(mesh, material, bound.embedding, solver, fit);
+      RenewColumn(mesh, material, options, bound.embedding, solver, fit);
     fit->frames_to_renewal = options.renewal_frames - 1;
   }
   const double approach = ApproachWeight(sights, fit->strain2, camera);

@@ -56,7 +56,7 @@ struct GripFitOptions {
   double trust_lost = 0.25;
   int steps = 1;             ///< damped Gauss–Newton steps a frame
   int newton_steps = 2;      ///< of one equilibrium at most; the rest is left to the next
-  int most_iterations = 24;  ///< of its linear solves, likewise (0: no limit)
+  int most_iterations = 24;  ///< of its linear solves, likewise (0: 80 a step)
   const std::atomic<bool>* given_up = nullptr;  ///< true: ends before the next equilibrium
   int renewed_columns = 1;                      ///< sensitivities measured anew at a time, in turn
   int renewal_frames = 6;           ///< from one time to the next; each while some are unknown

@@ -86,9 +86,13 @@ void ModelSearch::Clear() {
       ++search;
       continue;
     }
-    if (Answer answer = search->get(); answer.left_behind.valid())
-      left_behind_.push_back(std::move(answer.left_behind));
+    std::future<Answer> given_up = std::move(*search);
     search = given_up_ones_.erase(search);
+    try {
+      if (Answer answer = given_up.get(); answer.left_behind.valid())
+        left_behind_.push_back(std::move(answer.left_behind));
+    } catch (const std::exception&) {  // nobody waits for what it found, or why it did not
+    }
   }
   left_behind_.erase(std::remove_if(left_behind_.begin(), left_behind_.end(), ended),
                      left_behind_.end());

@@ -13,10 +13,10 @@
 namespace kerf {
 
 /// Searches for better cuts (Registration/ModelProbe.h) on a thread of its own, beside the frames
-/// and behind them: it works where a core has nothing else to do, and as one among others (ten
-/// steps of niceness) only on a machine that has always something else to do. It works on a copy of
-/// the state; who began it says in which frame its answer is taken over, so that results do not
-/// depend on how long it takes. One search at a time.
+/// and behind them: it works where a core has nothing else to do; on a machine that leaves it too
+/// little for half a second it is begun again as one among others (ten steps of niceness). It works
+/// on a copy of the state; who began it says in which frame its answer is taken over, so that
+/// results do not depend on how long it takes. One answer at a time.
 class ModelSearch {
  public:
   ~ModelSearch() { Drop(); }  // and waits until all have noticed
@@ -30,20 +30,22 @@ class ModelSearch {
   /// Waits for the end. @return none also when no search was begun
   std::optional<BetterModel> Finish();
   /// Gives a running search up: the cuts are no longer those that it began with. It notices after
-  /// its present trial; nobody waits for that.
+  /// its present equilibrium or cut; only the destructor waits for that.
   void Drop();
 
- private:
-  /// Forgets those that have noticed.
-  void Clear();
   using Result = std::future<std::optional<BetterModel>>;
   struct Answer {
     std::optional<BetterModel> better;
     Result left_behind;  ///< a thread that got no core, and has still to notice that it may end
   };
+  /// `search` on an idle thread, or again on this one; for the thread of a search.
   static Answer BehindOthers(
       const std::function<std::optional<BetterModel>(const std::atomic<bool>*)>& search,
       const std::atomic<bool>& given_up);
+
+ private:
+  /// Forgets those that have noticed.
+  void Clear();
   std::future<Answer> found_;
   std::shared_ptr<std::atomic<bool>> given_up_;
   std::vector<std::future<Answer>> given_up_ones_;  ///< that may still run

@@ -35,7 +35,7 @@ struct IntraoperativeDecision {
   Points line;                    ///< DrawCut: at rest, LPS, mm; found from the stroke where empty
   Vec3 direction = Vec3::Zero();  ///< DrawCut; zero: the camera's
   double depth_mm = 0.0;          ///< DrawCut; 0: through
-  int iterations = 0;             ///< LimitSolver; 0: until the solver has converged
+  int iterations = 0;             ///< LimitSolver; 0: as many as a frame ever takes
 };
 
 /// Event in the journal where registering threw: the frame that it names was not registered.

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
 
 #include "Cutting/Bridges.h"
 #include "Registration/GripFit.h"
 #include "Registration/ModelProbe.h"
+#include "Registration/ModelSearch.h"
 #include "Registration/ModelUpdate.h"
 #include "Support/TestCameras.h"
 #include "Support/TestMeshes.h"
@@ -259,6 +261,87 @@ TEST(GripFit, TooFewFeaturesSayNothing) {
 std::optional<BetterModel> Probed(const Model& model) {
   return ProbeModel(model.usable, Above(), {}, {},
                     std::make_shared<const RegistrationState>(model.state));
+}
+
+/// Says whether it was given the work of a frame only.
+class Watched final : public ElasticSolver {
+ public:
+  explicit Watched(std::unique_ptr<ElasticSolver> inner) : inner_(std::move(inner)) {}
+  void Reset(const TetMesh& mesh, const Material& material) override {
+    inner_->Reset(mesh, material);
+  }
+  void Apply(const TopologyChange& change) override { inner_->Apply(change); }
+  SolveReport Solve(const Springs& springs, const Fixations& held, const SolveOptions& options,
+                    Points* positions, Points* velocities) override {
+    EXPECT_TRUE(options.max_newton_steps == 1 || options.max_newton_steps == 2);
+    EXPECT_GT(options.most_iterations, 0);
+    EXPECT_LE(options.most_iterations, 24);
+    return inner_->Solve(springs, held, options, positions, velocities);
+  }
+
+ private:
+  std::unique_ptr<ElasticSolver> inner_;
+};
+
+TEST(GripFit, AFramesWorkIsBounded) {
+  Model model;  // all sensitivities are known
+  model.solver = std::make_unique<Watched>(std::move(model.solver));
+  model.Follow(Seen(Truth(nullptr, 1.0)), 10);
+}
+
+TEST(GripFit, WhereTheModelWasCutItSettlesAloneButNotTwiceInARow) {
+  Model model;
+  const Pixels seen = Seen(Truth(nullptr, 0.4));
+  model.Follow(seen, 15);
+  GripFit& fit = model.state.grips;
+  fit.trust = 0.5;
+  const auto motion = fit.motions[0].matrix().eval();
+  const auto update_after_cut = [&] {
+    fit.torn = true;
+    fit.settled = false;
+    UpdateGrips(model.state.mesh, {}, model.state.bound, seen, model.usable, Above(), {},
+                model.solver.get(), &fit);
+  };
+  update_after_cut();
+  EXPECT_TRUE(fit.settled);
+  EXPECT_EQ(fit.trust, 0.5);
+  EXPECT_TRUE(fit.motions[0].matrix() == motion);
+  update_after_cut();
+  EXPECT_NE(fit.trust, 0.5);
+}
+
+TEST(ModelSearch, BegunAgainWhereItGetsNoCoreItGivesTheSameAnswer) {
+  const ModelCut right = CutTo(4.0, 0), shorter = CutTo(-3.0, 0);
+  Model model(&shorter);
+  model.Follow(Seen(Truth(&right, 1.0)));
+  const auto state = std::make_shared<const RegistrationState>(model.state);
+  const auto probe = [&](const std::atomic<bool>* given_up) {
+    return ProbeModel(model.usable, Above(), {}, {}, state, given_up);
+  };
+  const auto direct = probe(nullptr);
+  std::atomic<int> begun{0};
+  const std::atomic<bool> given_up{false};
+  const auto sleeper_first = [&](const std::atomic<bool>* left) -> std::optional<BetterModel> {
+    if (begun++ > 0) return probe(left);
+    while (!*left) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return std::nullopt;
+  };
+  const auto answer = ModelSearch::BehindOthers(sleeper_first, given_up);
+  EXPECT_EQ(begun, 2);
+  ASSERT_TRUE(direct && answer.better);
+  EXPECT_TRUE(direct->fitted.positions == answer.better->fitted.positions);
+  EXPECT_TRUE(answer.left_behind.valid());
+}
+
+TEST(ModelSearch, GivenUpItEndsWithoutAnAnswer) {
+  const std::atomic<bool> given_up{true};
+  const auto answer = ModelSearch::BehindOthers(
+      [](const std::atomic<bool>* left) -> std::optional<BetterModel> {
+        while (!*left) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        return std::nullopt;
+      },
+      given_up);
+  EXPECT_FALSE(answer.better);
 }
 
 TEST(ModelProbe, HeldPartsAreAsLongAsTheTracksSay) {
