@@ -16,47 +16,93 @@ namespace {
 /// Outward faces of a positive tetrahedron: face k is opposite to vertex k.
 constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
-/// A face of a tetrahedron, its vertices in rising order. 32 bits each: half of the time that
-/// sorting takes is memory.
+/// A face of a tetrahedron. 32 bits each: most of the time that ordering takes is memory.
 struct FaceKey {
-  std::uint32_t smallest;
-  std::uint64_t others;  ///< the next in the upper half, the largest in the lower
-  std::uint32_t corner;  ///< 4 tet + face
+  std::uint32_t smallest, middle, largest;  ///< its vertices, less the mesh's first
+  std::uint32_t corner;                     ///< 4 tet + face
   Index Tet() const { return corner / 4; }
-  bool SameFace(const FaceKey& o) const { return smallest == o.smallest && others == o.others; }
+  std::uint64_t Others() const { return std::uint64_t{middle} << 32 | largest; }
+  bool SameFace(const FaceKey& o) const { return smallest == o.smallest && Others() == o.Others(); }
 };
 
-/// Faces of all tetrahedra in order. Vertices are counted first, so that only the few faces that
-/// share their smallest vertex have to be sorted: a cut asks for this in every frame in which it
-/// grows.
-std::vector<FaceKey> SortedFaces(const Tets& tets) {
-  if (tets.rows() == 0) return {};
+/// Faces by their smallest vertex: those of one lie between two entries of `end`.
+struct GroupedFaces {
+  std::vector<FaceKey> faces;
+  std::vector<std::size_t> end;  ///< of each group
+};
+
+/// Vertices are counted first, so that faces find their group without being sorted: a cut asks for
+/// this in every frame in which it grows.
+GroupedFaces GroupFaces(const Tets& tets) {
+  GroupedFaces out;
+  if (tets.rows() == 0) return out;
   if (tets.rows() >= Index{1} << 30) throw UsageError("a mesh of more than 2^30 tetrahedra");
   const Index first = tets.minCoeff();
-  std::vector<std::size_t> place(static_cast<std::size_t>(tets.maxCoeff() - first) + 2, 0);
-  std::vector<FaceKey> unsorted, faces(static_cast<std::size_t>(4 * tets.rows()));
-  unsorted.reserve(faces.size());
-  for (Index t = 0; t < tets.rows(); ++t)
-    for (int f = 0; f < 4; ++f) {
-      auto a = static_cast<std::uint32_t>(tets(t, kFaces[f][0]) - first);
-      auto b = static_cast<std::uint32_t>(tets(t, kFaces[f][1]) - first);
-      auto c = static_cast<std::uint32_t>(tets(t, kFaces[f][2]) - first);
-      if (a > b) std::swap(a, b);
-      if (b > c) std::swap(b, c);
-      if (a > b) std::swap(a, b);
-      unsorted.push_back({a, std::uint64_t{b} << 32 | c, static_cast<std::uint32_t>(4 * t + f)});
-      ++place[a + 1];
-    }
-  std::partial_sum(place.begin(), place.end(), place.begin());
-  for (const FaceKey& key : unsorted) faces[place[key.smallest]++] = key;
+  out.end.assign(static_cast<std::size_t>(tets.maxCoeff() - first) + 2, 0);
+  const auto for_faces = [&](auto&& use) {
+    for (Index t = 0; t < tets.rows(); ++t)
+      for (int f = 0; f < 4; ++f) {
+        auto a = static_cast<std::uint32_t>(tets(t, kFaces[f][0]) - first);
+        auto b = static_cast<std::uint32_t>(tets(t, kFaces[f][1]) - first);
+        auto c = static_cast<std::uint32_t>(tets(t, kFaces[f][2]) - first);
+        if (a > b) std::swap(a, b);
+        if (b > c) std::swap(b, c);
+        if (a > b) std::swap(a, b);
+        use(FaceKey{a, b, c, static_cast<std::uint32_t>(4 * t + f)});
+      }
+  };
+  for_faces([&](const FaceKey& key) { ++out.end[key.smallest + 1]; });
+  std::partial_sum(out.end.begin(), out.end.end(), out.end.begin());
+  out.faces.resize(static_cast<std::size_t>(4 * tets.rows()));
+  // Each start moves on to where its group ends.
+  for_faces([&](const FaceKey& key) { out.faces[out.end[key.smallest]++] = key; });
+  return out;
+}
+
+/// Faces of all tetrahedra in order, by vertices, then by corner.
+std::vector<FaceKey> SortedFaces(const Tets& tets) {
+  GroupedFaces grouped = GroupFaces(tets);
   std::size_t begin = 0;
-  for (const std::size_t end : place) {  // each is where the next vertex' faces begin by now
-    std::sort(faces.begin() + begin, faces.begin() + end, [](const FaceKey& l, const FaceKey& r) {
-      return l.others != r.others ? l.others < r.others : l.corner < r.corner;
-    });
+  for (const std::size_t end : grouped.end) {
+    std::sort(grouped.faces.begin() + begin, grouped.faces.begin() + end,
+              [](const FaceKey& l, const FaceKey& r) {
+                return l.Others() != r.Others() ? l.Others() < r.Others() : l.corner < r.corner;
+              });
     begin = end;
   }
-  return faces;
+  return std::move(grouped.faces);
+}
+
+/// Corners of the faces that only one tetrahedron has, in rising order.
+std::vector<std::uint32_t> SingleFaces(const Tets& tets) {
+  constexpr std::size_t kFew = 64;  // compared each with each; more are sorted
+  GroupedFaces grouped = GroupFaces(tets);
+  std::vector<std::uint32_t> single;
+  std::vector<std::uint64_t> others;
+  std::size_t begin = 0;
+  for (const std::size_t end : grouped.end) {
+    FaceKey* const face = grouped.faces.data() + begin;
+    const std::size_t n = end - begin;
+    begin = end;
+    if (n > kFew) {
+      std::sort(face, face + n,
+                [](const FaceKey& l, const FaceKey& r) { return l.Others() < r.Others(); });
+      for (std::size_t i = 0; i < n; ++i)
+        if ((i == 0 || !face[i].SameFace(face[i - 1])) &&
+            (i + 1 == n || !face[i].SameFace(face[i + 1])))
+          single.push_back(face[i].corner);
+      continue;
+    }
+    others.resize(n);
+    for (std::size_t i = 0; i < n; ++i) others[i] = face[i].Others();
+    for (std::size_t i = 0; i < n; ++i) {
+      int same = 0;
+      for (std::size_t j = 0; j < n; ++j) same += others[j] == others[i];
+      if (same == 1) single.push_back(face[i].corner);
+    }
+  }
+  std::sort(single.begin(), single.end());
+  return single;
 }
 
 /// Around each boundary vertex the triangles must form one fan.
@@ -131,15 +177,7 @@ void TetMesh::Validate(const std::string& file) const {
 }
 
 Triangles BoundaryFaces(const Tets& tets, std::vector<Index>* tet_of_face) {
-  const auto faces = SortedFaces(tets);
-  std::vector<std::uint32_t> boundary;
-  for (std::size_t i = 0; i < faces.size();) {
-    std::size_t j = i + 1;
-    while (j < faces.size() && faces[j].SameFace(faces[i])) ++j;
-    if (j == i + 1) boundary.push_back(faces[i].corner);
-    i = j;
-  }
-  std::sort(boundary.begin(), boundary.end());
+  const std::vector<std::uint32_t> boundary = SingleFaces(tets);
   Triangles out(static_cast<Index>(boundary.size()), 3);
   if (tet_of_face) tet_of_face->resize(boundary.size());
   for (std::size_t i = 0; i < boundary.size(); ++i) {

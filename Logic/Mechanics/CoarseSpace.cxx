@@ -22,7 +22,8 @@ Index FindRoot(std::vector<Index>* parent, Index i) {
 
 }  // namespace
 
-void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field) {
+void CoarseSpace::Reset(const Workers& workers, const std::vector<Vec3>& rest,
+                        const ElementField& field) {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   if (!rest.empty()) low = high = rest[0];
   for (const Vec3& p : rest) {
@@ -56,6 +57,7 @@ void CoarseSpace::Reset(const std::vector<Vec3>& rest, const ElementField& field
   parent_.clear();
   std::vector<Index> changed;
   Split(field, std::vector<char>(size_.prod(), 1), std::vector<char>(rest.size(), 0), &changed);
+  AssembleStale(workers, field);  // now: what is reset beside the frames is not to cost one of them
 }
 
 void CoarseSpace::SetRow(const Vec3& rest, Index inner) {

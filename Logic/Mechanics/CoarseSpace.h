@@ -23,7 +23,7 @@ class CoarseSpace {
   };
 
   /// @param rest rest positions by inner vertex
-  void Reset(const std::vector<Vec3>& rest, const ElementField& field);
+  void Reset(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field);
   /// How the functions changed: not at all, by some that part of another one's support split off,
   /// or in a way that the factor cannot follow.
   enum class Change { kNone, kGrown, kOther };

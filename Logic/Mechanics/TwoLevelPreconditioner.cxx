@@ -12,7 +12,7 @@ constexpr double kLoadChange = 0.15;
 
 void TwoLevelPreconditioner::Reset(const Workers& workers, const std::vector<Vec3>& rest,
                                    const ElementField& field) {
-  coarse_.Reset(rest, field);
+  coarse_.Reset(workers, rest, field);
   factored_anchor_.assign(field.VertexCount(), 0.0f);
   factored_ = factored_anchor_;
   origin_.resize(field.VertexCount());

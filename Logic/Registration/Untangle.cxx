@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 #include <vector>
 
 namespace kerf {
@@ -57,15 +58,36 @@ Corners Matched(const Corners& rest, const Corners& now) {
   return ((rest.rowwise() - rest_center) * rotation.transpose()).rowwise() + center;
 }
 
+/// Elements at each vertex: those of v are tets[begin[v]] … tets[begin[v + 1] − 1], rising.
+struct Incidence {
+  std::vector<std::size_t> begin;
+  std::vector<Index> tets;
+};
+
+Incidence IncidenceOf(const TetMesh& mesh) {
+  Incidence out;
+  std::vector<std::size_t> next(mesh.VertexCount() + 1, 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    for (int k = 0; k < 4; ++k) ++next[mesh.tets(t, k) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  out.begin = next;
+  out.tets.resize(4 * static_cast<std::size_t>(mesh.TetCount()));
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    for (int k = 0; k < 4; ++k) out.tets[next[mesh.tets(t, k)]++] = t;
+  return out;
+}
+
 }  // namespace
 
 int Untangle(const TetMesh& mesh, Points* positions, double least_dihedral_deg, int rounds) {
-  std::vector<char> moved(mesh.VertexCount(), 0);
   std::vector<Index> watch(mesh.TetCount());
-  for (Index t = 0; t < mesh.TetCount(); ++t) watch[t] = t;
-  for (int round = 0; round < rounds; ++round) {
-    const std::vector<Index> bad = BadOnes(mesh, *positions, watch, least_dihedral_deg);
-    if (bad.empty()) break;
+  std::iota(watch.begin(), watch.end(), 0);
+  std::vector<Index> bad;
+  if (rounds > 0) bad = BadOnes(mesh, *positions, watch, least_dihedral_deg);
+  if (bad.empty()) return 0;
+  const Incidence at = IncidenceOf(mesh);
+  std::vector<char> moved(mesh.VertexCount(), 0), watched(mesh.TetCount(), 0);
+  for (int round = 1; !bad.empty(); ++round) {
     for (Index t : bad) {
       const Corners now = CornersOf(*positions, mesh.tets, t);
       const Corners goal = Matched(CornersOf(mesh.rest, mesh.tets, t), now);
@@ -74,12 +96,19 @@ int Untangle(const TetMesh& mesh, Points* positions, double least_dihedral_deg, 
         moved[mesh.tets(t, k)] = 1;
       }
     }
-    // From now on only elements at a vertex that has moved can be bad.
+    if (round == rounds) break;
+    // Only elements at a vertex that has just been moved can be bad now.
     watch.clear();
-    for (Index t = 0; t < mesh.TetCount(); ++t)
-      if (moved[mesh.tets(t, 0)] || moved[mesh.tets(t, 1)] || moved[mesh.tets(t, 2)] ||
-          moved[mesh.tets(t, 3)])
-        watch.push_back(t);
+    for (Index t : bad)
+      for (int k = 0; k < 4; ++k)
+        for (std::size_t i = at.begin[mesh.tets(t, k)]; i < at.begin[mesh.tets(t, k) + 1]; ++i) {
+          if (watched[at.tets[i]]) continue;
+          watched[at.tets[i]] = 1;
+          watch.push_back(at.tets[i]);
+        }
+    for (Index t : watch) watched[t] = 0;
+    std::sort(watch.begin(), watch.end());
+    bad = BadOnes(mesh, *positions, watch, least_dihedral_deg);
   }
   return static_cast<int>(std::count(moved.begin(), moved.end(), 1));
 }

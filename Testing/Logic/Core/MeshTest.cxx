@@ -96,6 +96,33 @@ TEST(TetMesh, BoundaryOfABoxIsClosedAndHoldsItsVolume) {
     EXPECT_EQ(surface.points.row(i), mesh.rest.row(vertex[i]));
 }
 
+// Around a hub that all tetrahedra share: many faces have the same smallest vertex.
+TEST(TetMesh, BoundaryFacesAreThoseOfOneTetrahedron) {
+  const SurfaceMesh ball = testing::SphereSurface({0, 0, 0}, 20, 2);
+  Tets tets(ball.triangles.rows() + 2, 4);
+  for (Index t = 0; t < ball.triangles.rows(); ++t)
+    tets.row(t) << 0, (ball.triangles.row(t).array() + 1).matrix();
+  // One outer face has two tetrahedra more: of three it is nobody's boundary.
+  const Index n = static_cast<Index>(ball.points.rows());
+  tets.bottomRows(2) << tets(5, 1), tets(5, 3), tets(5, 2), n + 1, tets(5, 1), tets(5, 3),
+      tets(5, 2), n + 2;
+  std::vector<Index> tet_of_face;
+  const Triangles faces = BoundaryFaces(tets, &tet_of_face);
+  ASSERT_EQ(faces.rows(), ball.triangles.rows() - 1 + 2 * 3);
+  for (Index i = 0; i < faces.rows(); ++i) {
+    int owners = 0;
+    for (Index t = 0; t < tets.rows(); ++t) {
+      int shared = 0;
+      for (int k = 0; k < 4; ++k) shared += (faces.row(i).array() == tets(t, k)).any();
+      owners += shared == 3;
+    }
+    EXPECT_EQ(owners, 1);
+    if (i > 0) {
+      EXPECT_LE(tet_of_face[i - 1], tet_of_face[i]);
+    }
+  }
+}
+
 TEST(TetMesh, ValidationNamesTheElement) {
   TetMesh mesh = RegularTet();
   mesh.region.clear();

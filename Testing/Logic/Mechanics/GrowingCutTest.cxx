@@ -274,7 +274,7 @@ TEST(GrowingCut, TheCoarseFactorThatGrewIsThatOfAllFunctionsFactoredAnew) {
     return std::vector<float>(field.VertexCount(), 1.0f);
   };
   CoarseSpace space;
-  space.Reset(rest(), field);
+  space.Reset(workers, rest(), field);
   std::vector<float> anchor = load();
   space.Factor(workers, field, loads, anchor);
   const Index before = space.FunctionCount();
@@ -320,7 +320,7 @@ TEST(GrowingCut, TheCoarseMatrixForgetsTetrahedraThatChangedTheirShape) {
   FeatureLoads loads;
   const std::vector<float> anchor(field.VertexCount(), 1.0f);
   CoarseSpace space;
-  space.Reset(InnerRest(mesh, field), field);
+  space.Reset(workers, InnerRest(mesh, field), field);
   loads.Set({}, {}, mesh, field, true);
   space.Factor(workers, field, loads, anchor);
   const TopologyChange change = MoveAtRest(mesh, 0.3);
@@ -331,7 +331,7 @@ TEST(GrowingCut, TheCoarseMatrixForgetsTetrahedraThatChangedTheirShape) {
   Follow(&space, workers, InnerRest(mesh, field), field, patch);
   space.Factor(workers, field, loads, anchor);
   CoarseSpace anew;
-  anew.Reset(InnerRest(mesh, field), field);
+  anew.Reset(workers, InnerRest(mesh, field), field);
   anew.Factor(workers, field, loads, anchor);
   // P (PᵀKP)⁻¹ Pᵀ r, whatever the functions' numbers.
   const auto correct = [&](const CoarseSpace& coarse) {

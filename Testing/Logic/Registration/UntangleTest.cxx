@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "Registration/Untangle.h"
 #include "Support/TestMeshes.h"
 
@@ -28,6 +30,24 @@ TEST(Untangle, MakesInvertedElementsPositiveAndMovesOnlyTheirNeighbourhood) {
     const bool far = (mesh.rest.row(v) - mesh.rest.row(vertex)).norm() > 16.0;
     EXPECT_TRUE(!far || positions.row(v) == mesh.rest.row(v)) << v;
   }
+}
+
+// What is to be looked at again is known without looking at the whole mesh in each round.
+TEST(Untangle, RoundByRoundItIsTheSame) {
+  const TetMesh mesh = testing::BoxMesh(Vec3(24, 20, 20), 6, 5, 5);
+  std::mt19937 random(5);
+  std::normal_distribution<double> jitter(0.0, 4.0);
+  Points crushed = mesh.rest;
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    for (int k = 0; k < 3; ++k) crushed(v, k) += jitter(random);
+  ASSERT_GT(MeasureQuality(mesh, crushed).inverted, 50);
+  Points at_once = crushed, in_rounds = crushed;
+  constexpr int kRounds = 30;
+  int rounds = 0;
+  Untangle(mesh, &at_once, 1.0, kRounds);
+  while (rounds < kRounds && Untangle(mesh, &in_rounds, 1.0, 1) > 0) ++rounds;
+  EXPECT_GT(rounds, 5);
+  EXPECT_EQ(at_once, in_rounds);
 }
 
 }  // namespace
