@@ -310,14 +310,21 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
     fit->settled = report.converged;
     fit->strain2 = SquaredStrain(fit->volume_mm3, material, report.elastic_energy_uJ);
   };
-  if (!fit->settled)
-    settled(Settle(mesh, material, fit->regions, fit->motions, options, solver, &fit->positions));
+  int spent = 0;  // iterations of this frame
+  if (!fit->settled) {
+    const SolveReport report =
+        Settle(mesh, material, fit->regions, fit->motions, options, solver, &fit->positions);
+    settled(report);
+    spent = report.cg_iterations;
+  }
   fit->waited = SettlesOnly(*fit);
   fit->torn = false;
   if (fit->waited) return;  // what lies between is no measure yet
   const auto given_up = [&] { return options.given_up && *options.given_up; };
   const bool due = --fit->frames_to_renewal < 0 || !HasFields(*fit);
-  if (due && fit->settled && options.renewed_columns > 0) {
+  const bool has_time = options.most_iterations == 0 || 2 * spent <= options.most_iterations ||
+                        fit->frames_to_renewal < -options.renewal_frames || !HasFields(*fit);
+  if (due && has_time && fit->settled && options.renewed_columns > 0) {
     for (int i = 0; i < options.renewed_columns && !given_up(); ++i)  // from the equilibrium
       RenewColumn(mesh, material, options, bound.embedding, solver, fit);
     fit->frames_to_renewal = options.renewal_frames - 1;
@@ -325,6 +332,10 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
   const double approach = ApproachWeight(sights, fit->strain2, camera);
   Misfit now = MisfitOf(sights, fit->positions, fit->motions, mesh, options, approach);
   const Index n = fit->sensitivities.cols();
+  GripFitOptions trial = options;  // has what settling has left of the work, or half of it
+  if (options.most_iterations > 0)
+    trial.most_iterations =
+        std::max(options.most_iterations - spent, (options.most_iterations + 1) / 2);
   for (int step = 0; step < options.steps && !given_up(); ++step) {
     Eigen::MatrixXd across(2 * m, n), along(m, n);  // of the features by the parameters
     for (Index k = 0; k < m; ++k) {
@@ -354,7 +365,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
       motions[g] = Moved(motions[g], centers[g], q.segment<6>(6 * g));
     Points positions = Foreseen(*fit, q);
     const SolveReport report =
-        Settle(mesh, material, fit->regions, motions, options, solver, &positions);
+        Settle(mesh, material, fit->regions, motions, trial, solver, &positions);
     const Misfit then = MisfitOf(sights, positions, motions, mesh, options, approach);
     if (then.cost < now.cost) {
       fit->motions = motions;

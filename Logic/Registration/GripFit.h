@@ -34,7 +34,7 @@ struct GripFit {
   bool torn = false;          ///< the model was cut since the last update
   bool waited = false;        ///< in the last update the motions stayed as they were
   int next_column = 0;        ///< the sensitivity that is renewed next
-  int frames_to_renewal = 0;  ///< until then the sensitivities stay
+  int frames_to_renewal = 0;  ///< until then the sensitivities stay; below 0: one is due
   double lambda = 1e-2;       ///< damping of the next step
   double cost_mm2 = 0.0;      ///< robust mean square across the lines of sight, and of depth
   double residual_mm = 0.0;   ///< robust rms across the lines of sight
@@ -56,11 +56,13 @@ struct GripFitOptions {
   double trust_lost = 0.25;
   int steps = 1;             ///< damped Gauss–Newton steps a frame
   int newton_steps = 2;      ///< of one equilibrium at most; the rest is left to the next
-  int most_iterations = 24;  ///< of its linear solves, likewise (0: 80 a step)
+  int most_iterations = 24;  ///< of its linear solves, likewise (0: 80 a step); where the organ has
+                             ///< to settle first, a trial has what that left, or half of it
   const std::atomic<bool>* given_up = nullptr;  ///< true: ends before the next equilibrium
   int renewed_columns = 1;                      ///< sensitivities measured anew at a time, in turn
-  int renewal_frames = 6;           ///< from one time to the next; each while some are unknown
-  double believed_mm = 0.38;        ///< residual up to which the fit is believed fully
+  int renewal_frames = 6;     ///< from one time to the next, and as many more where settling takes
+                              ///< more than half of the iterations; each while some are unknown
+  double believed_mm = 0.38;  ///< residual up to which the fit is believed fully
   double linear_strain2 = 0.15;     ///< mean squared strain up to which the law is believed
   double nonlinear_strain2 = 0.25;  ///< and from which on not at all
   double explained_share = 0.97;    ///< of the features within the robust scale: full belief
@@ -85,6 +87,7 @@ void UpdateGrips(const TetMesh& mesh, const Material& material, const BoundFeatu
 
 /// Whether the next update leaves the motions as they are and brings the organ into equilibrium
 /// alone: that is work enough for a frame in which it was cut, but not in one after the other.
+/// (What a search found is such a frame, too: Step.)
 inline bool SettlesOnly(const GripFit& fit) { return fit.torn && !fit.waited; }
 
 /// The organ bent smoothly from grip to grip, not yet in equilibrium: a start that no cut has torn.

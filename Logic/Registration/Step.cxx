@@ -16,9 +16,10 @@
 namespace kerf {
 namespace {
 
-constexpr int kSearchFrames = 8;         // what a search is given; live, a late one has longer
-constexpr double kRegripGrowth = 1.4;    // of the residual: then the held parts are tried again
-constexpr int kNewtonStepsAtCuts = 1;    // in a frame with a cut, which costs time itself
+constexpr int kSearchFrames = 8;       // what a search is given; live, a late one has longer
+constexpr double kRegripGrowth = 1.4;  // of the residual: then the held parts are tried again
+// In a frame with a cut, which costs time itself: Newton steps, and iterations of organ and grips.
+constexpr int kNewtonStepsAtCuts = 1, kIterationsAtCuts = 16, kGripIterationsAtCuts = 12;
 constexpr int kLongestPause_frames = 8;  // between searches in vain
 
 void Begin(const Engine& engine, Stage stage) {
@@ -180,7 +181,8 @@ bool IsDue(const RegistrationState& state) {
 }
 
 /// Cuts as the grips say they are: longer, or turned. The search runs beside the frames.
-void Refine(const std::vector<char>& usable, const CameraModel& camera,
+/// @return whether a cut was taken over: with it come grips of its own
+bool Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
             StepReport* report) {
   ModelProbing& probing = state->probing;
@@ -193,23 +195,25 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
       probing.next_frame = state->frame + 1;
       probing.pause_frames = 0;
       probing.turn = false;
-      return;
+      return false;
     }
-    if (state->frame < probing.next_frame) return;
+    if (state->frame < probing.next_frame) return false;
     if (engine.search->Begin(usable, camera, options, *state)) {
       probing.due_frame = state->frame + kSearchFrames;
       probing.of_grips = !IsCut(*state);
     }
-    return;
+    return false;
   }
-  if (!IsDue(*state) || options.hold_search) return;
+  if (!IsDue(*state) || options.hold_search) return false;
   probing.due_frame = -1;
   if (engine.observer) engine.observer->Wait();
   auto better = engine.search->Finish();
+  bool taken = false;
   Begin(engine, Stage::Solve);
   if (better) {
     const CutEvent event = TakeOver(std::move(*better), options, engine, state);
-    if (event.report.done) report->cuts.push_back(event);
+    taken = event.report.done;
+    if (taken) report->cuts.push_back(event);
     probing.pause_frames = 0;
   } else if (probing.turn) {
     probing.pause_frames = std::min(2 * probing.pause_frames + 1, kLongestPause_frames);
@@ -218,10 +222,11 @@ void Refine(const std::vector<char>& usable, const CameraModel& camera,
     probing.regrip_mm = kRegripGrowth * state->grips.residual_mm;
     ++probing.regrips;
     probing.next_frame = state->frame + 1;
-    return;
+    return taken;
   }
   probing.turn = !probing.turn && !options.extrusion;  // a given direction stays
   probing.next_frame = state->frame + (probing.turn ? 0 : probing.pause_frames);
+  return taken;
 }
 
 }  // namespace
@@ -291,13 +296,17 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
         event.report = ApplyCut(state->cuts[event.cut], options, engine, state);  // and structures
       report.cuts.push_back(event);
     }
-    const bool cut_now = std::any_of(report.cuts.begin(), report.cuts.end(),
-                                     [](const CutEvent& event) { return event.report.done; });
+    const auto is_cut = [&] {
+      return std::any_of(report.cuts.begin(), report.cuts.end(),
+                         [](const CutEvent& event) { return event.report.done; });
+    };
+    const bool cut_now = is_cut();
     Begin(engine, Stage::Solve);
     const bool gripped = !state->grips.regions.empty() && engine.solvers.grips;
     GripFitOptions grip_options;
     if (cut_now) {
       grip_options.newton_steps = kNewtonStepsAtCuts;
+      grip_options.most_iterations = kGripIterationsAtCuts;
       grip_options.renewed_columns = 0;
     }
     const auto update_grips = [&] {
@@ -305,15 +314,22 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
                   camera, grip_options, engine.solvers.grips.get(), &state->grips);
     };
     const auto refine = [&] {
-      if (options.cutting && engine.search) Refine(usable, camera, options, engine, state, &report);
+      return options.cutting && engine.search &&
+             Refine(usable, camera, options, engine, state, &report);
     };
     // Grips that only settle, since the organ has just been cut, do so beside the organ's own
     // solve, which goes by what they said before; unless a search is to be taken over in between.
-    const bool beside =
-        gripped && cut_now && SettlesOnly(state->grips) && (!IsDue(*state) || options.hold_search);
+    const bool due = IsDue(*state) && !options.hold_search;
+    const bool beside = gripped && cut_now && SettlesOnly(state->grips) && !due;
     if (gripped && !beside) {
-      update_grips();
-      refine();
+      // A cut that a search found comes with grips of its own, moved on to where they were in the
+      // last frame: that is this frame's update.
+      const bool taken = due && refine();
+      if (taken)
+        state->grips.waited = true;
+      else
+        update_grips();
+      if (!due) refine();
       Begin(engine, Stage::Solve);  // what was taken over may have been cut further
     }
     const Points gauged =
@@ -332,7 +348,12 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     }
     const Fixations held = HeldByGrips(*state, usable, camera, options);
     SolveOptions most = options.solve;
-    if (options.method == Method::Kerf && cut_now) most.max_newton_steps = kNewtonStepsAtCuts;
+    if (options.method == Method::Kerf && is_cut()) {
+      most.max_newton_steps = kNewtonStepsAtCuts;
+      most.most_iterations = most.most_iterations > 0
+                                 ? std::min(most.most_iterations, kIterationsAtCuts)
+                                 : kIterationsAtCuts;
+    }
     const auto solve = [&] {
       report.solve = engine.solvers.organ->Solve(springs, held, most,  // [7] minimize Eq. (5)
                                                  &state->positions, &state->velocities);
