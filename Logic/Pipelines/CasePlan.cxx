@@ -11,6 +11,7 @@ PlannedCut ReadCasePlan(const std::string& case_folder, const SurfaceMesh& organ
   const ResectionPlan plan = ReadResectionPlan(opened);
   if (plan.line.rows() < 2) return out;
   out.lines.push_back(LineOnSurface(organ, plan.line));
+  out.margin_mm = plan.margin_mm;
   const CutSurface sheet = ResectionSheet(organ, plan);
   out.sheet = {sheet.points, sheet.triangles};
   return out;

@@ -46,6 +46,8 @@ struct IntraoperativeSnapshot {
   bool needs_confirmation = false;  ///< after a loss: off until the surgeon confirms
   Reliability reliability;
   double margin_mm = std::numeric_limits<double>::quiet_NaN();  ///< tumour to cut, NaN: no cut
+  double planned_margin_mm =
+      std::numeric_limits<double>::quiet_NaN();  ///< as the plan wants it, NaN: no plan
   PlanDeviation deviation;  ///< cut faces to the planned sheet; NaN: no plan or no cut
   std::vector<CutItem> cuts;
   int tetrahedra = 0;

@@ -40,6 +40,7 @@ void SnapshotMaker::Lines(const RegistrationState& state, IntraoperativeSnapshot
     if (sheet_) bound_.deviation = MeasurePlanDeviation(view_.Update(state), *sheet_);
   }
   out->deviation = bound_.deviation;
+  out->planned_margin_mm = plan_.margin_mm;
   const auto now = [&](const Embedding& line) {
     return line.Positions(state.positions, state.mesh.tets);
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +16,8 @@ namespace kerf {
 struct PlannedCut {
   std::vector<Points> lines;  ///< on the organ's surface
   SurfaceMesh sheet;          ///< empty: lines only
+  double margin_mm =
+      std::numeric_limits<double>::quiet_NaN();  ///< wanted between tumour and cut, NaN: no plan
 };
 
 /// Makes snapshots of a registration: all that follows from its state, the same live and in a

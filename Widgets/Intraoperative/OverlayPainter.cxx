@@ -52,6 +52,7 @@ Image PaintSnapshot(const IntraoperativeSnapshot& snapshot, const Look& look,
   scene.status.reason = snapshot.reason;
   scene.status.tumour_u95_mm = snapshot.reliability.tumour_u95_mm;
   scene.status.margin_mm = snapshot.margin_mm;
+  scene.status.planned_margin_mm = snapshot.planned_margin_mm;
   scene.status.margin_alarm_mm = look.margin_alarm_mm;
   if (snapshot.gate != GateState::Off && std::isfinite(snapshot.deviation.mean_mm)) {
     char note[64];

@@ -9,6 +9,7 @@
 #include "Intraoperative/qKerfCheckInPanel.h"
 #include "Intraoperative/qKerfExposurePanel.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
+#include "Intraoperative/qKerfOverlayLook.h"
 #include "Intraoperative/qKerfRunPanel.h"
 #include "Intraoperative/qKerfVideoView.h"
 
@@ -185,6 +186,10 @@ void qKerfIntraoperativeWidget::Accept() {
       QMetaObject::invokeMethod(this, &qKerfIntraoperativeWidget::Tick, Qt::QueuedConnection);
     };
     desk_.Accept(options);
+    if (alarm_case_ != desk_.CaseFolder()) {  // once: then it is the surgeon's
+      alarm_case_ = desk_.CaseFolder();
+      look_->SetMarginAlarm(desk_.PlannedMargin_mm());
+    }
     shown_.reset();
     shown_at_.Clear();
     stopped_.clear();

@@ -176,6 +176,7 @@ class qKerfIntraoperativeWidget : public QWidget {
       shown_, before_shown_;
   kerf::OverlayOptions look_options_;
   std::string overlay_problem_, stopped_;  ///< already said
+  std::string alarm_case_;                 ///< whose planned margin the alarm began with
   std::unique_ptr<kerf::SessionPlayback> playback_;
   double review_time_s_ = 0.0;
   int review_frame_ = 0;

@@ -8,6 +8,10 @@
 
 #include "Intraoperative/PanelButton.h"
 
+namespace {
+constexpr double kUsualAlarm_mm = 5;
+}  // namespace
+
 qKerfOverlayLook::qKerfOverlayLook(QWidget* parent) : QWidget(parent) {
   auto* form = new QFormLayout(this);
   overlay_ =
@@ -28,7 +32,7 @@ qKerfOverlayLook::qKerfOverlayLook(QWidget* parent) : QWidget(parent) {
   alarm_ = new QDoubleSpinBox;
   alarm_->setObjectName("alarm");
   alarm_->setRange(0, 50);
-  alarm_->setValue(5);
+  alarm_->setValue(kUsualAlarm_mm);
   alarm_->setSuffix(tr(" mm"));
   alarm_->setFocusPolicy(Qt::ClickFocus);
   form->addRow(tr("Alarm below"), alarm_);
@@ -56,3 +60,5 @@ void qKerfOverlayLook::SetPreset(kerf::OverlayPreset preset) {
 void qKerfOverlayLook::SetOverlay(bool on) { overlay_->setChecked(on); }
 void qKerfOverlayLook::SetBefore(bool before) { before_->setChecked(before); }
 double qKerfOverlayLook::MarginAlarm_mm() const { return alarm_->value(); }
+
+void qKerfOverlayLook::SetMarginAlarm(double mm) { alarm_->setValue(mm > 0 ? mm : kUsualAlarm_mm); }

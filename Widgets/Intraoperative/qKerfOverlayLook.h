@@ -20,6 +20,8 @@ class qKerfOverlayLook : public QWidget {
   void SetOverlay(bool on);
   void SetBefore(bool before);
   double MarginAlarm_mm() const;
+  /// @param mm not above 0: the usual 5 mm
+  void SetMarginAlarm(double mm);
 
  signals:
   void PresetChanged(kerf::OverlayPreset preset);

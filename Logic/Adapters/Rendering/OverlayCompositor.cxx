@@ -110,7 +110,7 @@ void OverlayCompositor::Compose(const CameraModel& camera, const OverlayOptions&
   if (!box_.Empty()) {
     PaintSurfaces(options, front, inside, bgr);
     PaintEdges(options, front, inside, bgr);
-    PaintMargin(camera, scene, inside, bgr);
+    PaintMargins(camera, scene, inside, bgr);
     if (window_radius_ > 0)
       Stroke(line_.DrawCircle(window_, window_radius_, 2.0), kOrgan, 0.9, bgr);
   }
@@ -243,10 +243,10 @@ void OverlayCompositor::PaintEdges(const OverlayOptions& options, const Geometry
        border(front.surface, [](int s) { return s == GeometryBuffers::CutFace; }));
 }
 
-void OverlayCompositor::PaintMargin(const CameraModel& camera, const OverlayScene& scene,
-                                    const GeometryBuffer& inside, Image* bgr) {
-  const double u95 = scene.status.tumour_u95_mm;
-  if (!(u95 > 0) || tumour_box_.Empty()) return;
+void OverlayCompositor::PaintMargins(const CameraModel& camera, const OverlayScene& scene,
+                                     const GeometryBuffer& inside, Image* bgr) {
+  const double u95 = scene.status.tumour_u95_mm, wanted = scene.status.planned_margin_mm;
+  if (!(u95 > 0 || wanted > 0) || tumour_box_.Empty()) return;
   std::vector<std::uint8_t> tumour(inside.surface.size());
   double depth = 0;
   std::size_t count = 0;
@@ -258,24 +258,33 @@ void OverlayCompositor::PaintMargin(const CameraModel& camera, const OverlayScen
       depth += inside.depth_mm[i];
       ++count;
     }
-  const double radius = std::min(0.5 * inside.height, u95 * camera.fx * double(count) / depth);
-  const PixelBox box = tumour_box_.Grown(static_cast<int>(radius) + 4, inside.width, inside.height);
+  const auto radius_of = [&](double mm) {
+    return mm > 0 ? std::min(0.5 * inside.height, mm * camera.fx * double(count) / depth) : 0.0;
+  };
+  const double widest = std::max(radius_of(u95), radius_of(wanted));
+  const PixelBox box = tumour_box_.Grown(static_cast<int>(widest) + 4, inside.width, inside.height);
   const std::vector<float> distance = DistanceToMask(tumour, inside.width, box);
   const int w = box.x1 - box.x0;
   const Vec2 middle(0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1));
   const int dashes = std::max(12, static_cast<int>(0.25 * std::hypot(w, box.y1 - box.y0)));
-  for (int y = box.y0; y < box.y1; ++y)
-    for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i = std::size_t(y) * inside.width + x;
-      // A small bound hugs the tumour; what lies before the tumour is no border of it.
-      if (tumour[i] || inside.surface[i] == GeometryBuffers::Internal) continue;
-      const double off = std::abs(distance[std::size_t(y - box.y0) * w + x - box.x0] - radius);
-      if (off >= 1.5) continue;
-      const double angle = std::atan2(y - middle.y(), x - middle.x()) + M_PI;
-      const bool dash = static_cast<int>(angle / (2 * M_PI) * dashes * 2) % 2 == 0;
-      if (dash) line_.Row(y)[x] = static_cast<std::uint8_t>(255 * (1.5 - std::max(0.5, off)));
-    }
-  Stroke(box, kTumour, 0.9, bgr);
+  const auto ring = [&](double mm, bool dashed, const Color& color) {
+    const double radius = radius_of(mm);
+    if (!(radius > 0)) return;
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        const std::size_t i = std::size_t(y) * inside.width + x;
+        // A small bound hugs the tumour; what lies before the tumour is no border of it.
+        if (tumour[i] || inside.surface[i] == GeometryBuffers::Internal) continue;
+        const double off = std::abs(distance[std::size_t(y - box.y0) * w + x - box.x0] - radius);
+        if (off >= 1.5) continue;
+        const double angle = std::atan2(y - middle.y(), x - middle.x()) + M_PI;
+        const bool on = !dashed || static_cast<int>(angle / (2 * M_PI) * dashes * 2) % 2 == 0;
+        if (on) line_.Row(y)[x] = static_cast<std::uint8_t>(255 * (1.5 - std::max(0.5, off)));
+      }
+    Stroke(box, color, 0.9, bgr);
+  };
+  ring(wanted, false, kPlanned);
+  ring(u95, true, kTumour);
 }
 
 void OverlayCompositor::PaintLines(const CameraModel& camera, const OverlayScene& scene,

@@ -32,8 +32,8 @@ class OverlayCompositor {
                      const GeometryBuffer& inside, Image* bgr) const;
   void PaintEdges(const OverlayOptions& options, const GeometryBuffer& front,
                   const GeometryBuffer& inside, Image* bgr);
-  void PaintMargin(const CameraModel& camera, const OverlayScene& scene,
-                   const GeometryBuffer& inside, Image* bgr);
+  void PaintMargins(const CameraModel& camera, const OverlayScene& scene,
+                    const GeometryBuffer& inside, Image* bgr);
   void PaintLines(const CameraModel& camera, const OverlayScene& scene, Image* bgr);
   void PaintFeatures(const FeatureSet& features, Image* bgr);
   void KeepInstruments(const Image& mask, const Image& raw, Image* bgr);

@@ -52,6 +52,9 @@ struct OverlayStatus {
   double tumour_u95_mm = std::numeric_limits<double>::quiet_NaN();
   /// Smallest distance between tumour and cut surface, mm; NaN = not shown
   double margin_mm = std::numeric_limits<double>::quiet_NaN();
+  /// Planned smallest distance between tumour and cut, mm: a ring around the tumour, drawn at its
+  /// mean depth; NaN = no plan
+  double planned_margin_mm = std::numeric_limits<double>::quiet_NaN();
   double margin_alarm_mm =
       std::numeric_limits<double>::quiet_NaN();  ///< margins below it are shown in red
   std::string note;  ///< one more short line, for example "cut 1 at 3.24 s"

@@ -262,6 +262,35 @@ TEST_F(Overlay, ASmallBoundHugsTheTumourAndLeavesItsInsideAlone) {
   EXPECT_NE(with.data, without.data) << "the ring is there";
 }
 
+TEST_F(Overlay, ThePlannedMarginIsARingAroundTheTumour) {
+  const SurfaceMesh* tumour = nullptr;
+  for (const OverlayStructure& s : phantom.scene.structures)
+    if (s.kind == OverlayStructure::Kind::Tumour) tumour = s.current;
+  ASSERT_TRUE(tumour);
+  phantom.scene.status.tumour_u95_mm = std::numeric_limits<double>::quiet_NaN();
+  const Image without = OverlayRenderer(phantom.lens, plain).Render(phantom.scene);
+  const Vec3 middle = tumour->points.colwise().mean().transpose();
+  const Vec2 at = phantom.lens.Project(middle);
+  /// How far from the tumour's middle the ring is, to the right and upwards, px.
+  const auto ring_px = [&](double margin_mm) {
+    phantom.scene.status.planned_margin_mm = margin_mm;
+    const Image with = OverlayRenderer(phantom.lens, plain).Render(phantom.scene);
+    std::vector<double> found;
+    for (const Vec2& way : {Vec2(1, 0), Vec2(0, -1)})
+      for (int d = 1; d < 100; ++d)
+        if (At(with, at + d * way) != At(without, at + d * way)) {
+          found.push_back(d);
+          break;
+        }
+    return found;
+  };
+  const auto near = ring_px(3.0), far = ring_px(6.0);
+  ASSERT_EQ(near.size(), 2u);
+  ASSERT_EQ(far.size(), 2u);
+  const double expected = 3.0 * phantom.lens.fx / phantom.lens.Depth(middle);
+  for (int k : {0, 1}) EXPECT_NEAR(far[k] - near[k], expected, 0.15 * expected + 1.5) << k;
+}
+
 TEST_F(Overlay, FeaturesAreDrawnInTheColourOfTheirState) {
   FeatureSet features;
   features.id = {1, 2};
