@@ -33,14 +33,6 @@ std::string Now() {
   return text;
 }
 
-int AgeInDays(const std::string& file) {
-  std::error_code error;
-  const auto written = fs::last_write_time(file, error);
-  if (error) return 0;
-  const auto age = fs::file_time_type::clock::now() - written;
-  return static_cast<int>(std::chrono::duration_cast<std::chrono::hours>(age).count() / 24);
-}
-
 }  // namespace
 
 IntraoperativeDesk::IntraoperativeDesk() = default;
@@ -63,16 +55,20 @@ void IntraoperativeDesk::OpenCase(const std::string& folder,
   intrinsics_.reset();
   given_pose_.reset();
   camera_file_.clear();
+  calibrated_.clear();
+  planned_margin_mm_ = std::numeric_limits<double>::quiet_NaN();
   if (opened.Has("camera")) UseCamera(opened.Path("camera"));
 }
 
 void IntraoperativeDesk::UseCamera(const std::string& file) {
   CameraModel camera = ReadCameraIntrinsics(file);
+  const std::string calibrated = ReadCalibrationTime(file);
   given_pose_.reset();
   if (CameraFileHasPose(file)) given_pose_ = ReadCameraFile(file).camera_from_world;
   camera.camera_from_world = Eigen::Isometry3d::Identity();
   intrinsics_ = camera;
   camera_file_ = file;
+  calibrated_ = calibrated;
   exposure_.reset();
 }
 
@@ -149,10 +145,17 @@ std::vector<CheckInItem> IntraoperativeDesk::CheckIn(const std::string& confirme
   if (!intrinsics_) {
     say(Level::Stop, "No camera file: choose the calibration of this laparoscope.");
   } else {
-    const int days = AgeInDays(camera_file_);
-    say(days > kOldCalibration_days ? Level::Warning : Level::Ok,
-        fmt::format("Calibration {}, {} day{} old.", fs::path(camera_file_).filename().string(),
-                    days, days == 1 ? "" : "s"));
+    const std::string name = fs::path(camera_file_).filename().string();
+    const auto days = CalibrationAge_days(calibrated_, std::time(nullptr));
+    if (!days)
+      say(Level::Warning,
+          fmt::format("Calibration {}: the file does not say how old it is.", name));
+    else if (*days < 0)
+      say(Level::Warning,
+          fmt::format("Calibration {} is dated in the future ({}).", name, calibrated_));
+    else
+      say(*days > kOldCalibration_days ? Level::Warning : Level::Ok,
+          fmt::format("Calibration {}, {} day{} old.", name, *days, *days == 1 ? "" : "s"));
     if (picture && (source.width != intrinsics_->width || source.height != intrinsics_->height))
       say(Level::Stop,
           fmt::format("The camera file is for {}×{}, the pictures are {}×{}: it is the "
@@ -224,6 +227,7 @@ void IntraoperativeDesk::Accept(const RunOptions& options) {
                                             MakeFeatureTracker({}), MakeVideoOrganSegmenter());
   parts.uncut = planned_->organ_surface;
   parts.plan = ReadCasePlan(case_folder_, planned_->organ_surface);
+  planned_margin_mm_ = parts.plan.margin_mm;
   parts.capture = capture_;
   parts.first = resumed_;
   parts.on_snapshot = options.on_snapshot;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,6 +79,8 @@ class IntraoperativeDesk {
   bool Running() const { return worker_ != nullptr; }
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
   const CameraModel& Camera() const { return camera_; }
+  /// Wanted between tumour and cut, as the accepted session's plan says; NaN: no plan.
+  double PlannedMargin_mm() const { return planned_margin_mm_; }
   void Post(IntraoperativeDecision decision);
   void Mark(const std::string& text);
   /// The artery is clamped, or open again: for the journal.
@@ -117,12 +120,13 @@ class IntraoperativeDesk {
   std::vector<IntraoperativeDecision> CutsOf(const std::string& session,
                                              const Vec3& direction) const;
 
-  std::string case_folder_, pseudonym_, camera_file_, source_path_, session_path_,
+  std::string case_folder_, pseudonym_, camera_file_, calibrated_, source_path_, session_path_,
       recording_problem_;
   std::shared_ptr<const PlannedCase> planned_;
   std::optional<CameraModel> intrinsics_;
   std::optional<Eigen::Isometry3d> given_pose_;
   CameraModel camera_;
+  double planned_margin_mm_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<CaptureOptions> capture_options_;
   SourceOpener opener_;
   std::shared_ptr<IntraoperativeCapture> capture_;

@@ -127,6 +127,7 @@ PlannedCase Plan(const PlanRequest& request, Progress& progress) {
     planned.ct = ct;
   }
   planned.camera = camera;
+  if (camera) planned.calibrated = ReadCalibrationTime(request.camera_file);
   planned.landmarks = std::move(landmarks);
   if (!request.seeds_file.empty())
     for (const MarkupList& list : ReadMarkups(request.seeds_file))

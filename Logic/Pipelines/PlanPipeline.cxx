@@ -102,7 +102,8 @@ void WriteCase(const PlannedCase& planned, const std::string& folder,
                  {{"Fiducial", planned.landmarks}});
   if (!planned.seeds.empty())
     WriteMarkups(writer.Stage("plan/seeds.mrk.json", "plan"), {{"Fiducial", planned.seeds}});
-  if (planned.camera) WriteCameraFile(writer.Stage("camera.yml", "camera"), *planned.camera);
+  if (planned.camera)
+    WriteCameraFile(writer.Stage("camera.yml", "camera"), *planned.camera, planned.calibrated);
   // From what was planned, not from whom: the same input has the same pseudonym.
   const auto input = manifest.provenance.find("input_sha256");
   manifest.pseudonym = PseudonymFromHash(
@@ -146,7 +147,10 @@ PlannedCase ReadCase(const std::string& folder) {
     planned.structures.push_back(std::move(structure));
   }
   if (opened.Has("landmarks")) planned.landmarks = ReadCaseLandmarks(opened.Path("landmarks"));
-  if (opened.Has("camera")) planned.camera = ReadCameraFile(opened.Path("camera"));
+  if (opened.Has("camera")) {
+    planned.camera = ReadCameraFile(opened.Path("camera"));
+    planned.calibrated = ReadCalibrationTime(opened.Path("camera"));
+  }
   return planned;
 }
 

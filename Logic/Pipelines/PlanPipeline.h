@@ -28,6 +28,7 @@ struct PlannedCase {
   /// Inputs (SHA-256, no names) and parameters, for the manifest.
   std::map<std::string, std::string> provenance;
   std::optional<CameraModel> camera;   ///< calibration, and the pose where one is known
+  std::string calibrated;              ///< when it was, as its file says; empty: not known
   std::vector<MarkupPoint> landmarks;  ///< for the initial registration
   std::vector<MarkupPoint> seeds;      ///< what the segmentation was told
 };

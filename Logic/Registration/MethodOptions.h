@@ -14,7 +14,7 @@ enum class Method {
 };
 
 /// The most that the solver does in one frame: what has not settled then goes on in the next, from
-/// where it is. Cuts and leaps need it, a motion that is followed does not.
+/// where it is. Cuts and leaps need it. Less in a frame with a cut: Step.cxx.
 constexpr int kFrameNewtonSteps = 2, kFrameIterations = 28;
 
 /// Everything that steers one registration. The defaults are Kerf's; `ReferenceOptions()` gives the

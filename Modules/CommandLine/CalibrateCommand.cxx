@@ -107,7 +107,10 @@ void AddCalibrateCommand(CLI::App& app, CommandContext& context) {
     options->print.kind = options->board == "charuco" ? BoardKind::Charuco : BoardKind::Chessboard;
     const CalibrationResult result =
         CalibrateCamera(Expand(options->images), options->print, *context.progress);
-    WriteCameraFile(options->output, result.camera);
+    char today[32];
+    const std::time_t now = std::time(nullptr);
+    std::strftime(today, sizeof today, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
+    WriteCameraFile(options->output, result.camera, today);
     Report(result, *options, context);
   });
 }

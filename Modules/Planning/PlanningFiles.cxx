@@ -52,12 +52,22 @@ std::shared_ptr<const PlanningModel> ModelOf(const PlannedCase& planned) {
   return model;
 }
 
+/// What its file says, or nothing: the work is saved whatever has become of that file.
+static std::string CalibratedAt(const std::string& camera_file) {
+  try {
+    return camera_file.empty() ? std::string() : ReadCalibrationTime(camera_file);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 void SaveCase(const CaseToSave& what, const std::string& folder, Progress& progress) {
   progress.Report(0.05, "naming the input");
   PlannedCase planned = *what.planned;
   planned.ct = what.ct;
   planned.labels = what.labels;
   planned.camera = what.camera;
+  planned.calibrated = CalibratedAt(what.camera_path);
   planned.landmarks = what.landmarks;
   planned.seeds = what.seeds;
   // As `kerf plan` names its input: by its content, so that the same CT has the same pseudonym.

@@ -20,6 +20,7 @@ struct CaseToSave {
   std::string ct_path;
   std::vector<MarkupPoint> seeds, landmarks;
   std::optional<CameraModel> camera;
+  std::string camera_path;  ///< where it was read; says when it was calibrated
   ResectionPlan plan;
   Points line_on_surface{0, 3};
   QImage preview;

@@ -269,6 +269,7 @@ void PlanningJobs::Save(const QString& folder, const QImage& preview) {
   what.seeds = session_.Seeds();
   what.landmarks = session_.Landmarks();
   what.camera = session_.Camera();
+  what.camera_path = session_.CameraPath();
   what.plan = session_.Plan();
   what.preview = preview;
   const std::string path = QFileInfo(folder).absoluteFilePath().toStdString();

@@ -41,7 +41,10 @@ std::vector<double> Decimals(const gdcm::DataSet& data, std::uint16_t group, std
     const std::string part = text.substr(begin, end - begin);
     char* rest = nullptr;
     const double value = std::strtod(part.c_str(), &rest);
-    if (rest == part.c_str() || !std::isfinite(value))
+    // A decimal comma would be read as a whole number, and what follows it be lost.
+    if (rest == part.c_str() ||
+        part.find_first_not_of(" ", rest - part.c_str()) != std::string::npos ||
+        !std::isfinite(value))
       throw InputError(path, name, "'" + part + "' is not a number");
     values.push_back(value);
     begin = end + 1;
@@ -91,6 +94,7 @@ std::optional<DicomSlice> ReadHeader(const std::string& path) {
     return std::nullopt;
   }
   slice.samples = Unsigned(data, 0x0028, 0x0002, 1);
+  slice.photometric = Text(data, 0x0028, 0x0004);
   slice.bits = Unsigned(data, 0x0028, 0x0100, 16);
   const std::string frames = Text(data, 0x0028, 0x0008);
   slice.frames = frames.empty() ? 1 : std::atoi(frames.c_str());
@@ -146,6 +150,11 @@ void CheckSlice(const DicomSlice& s) {
   if (s.samples != 1)
     throw InputError(s.path, "SamplesPerPixel (0028,0002)",
                      std::to_string(s.samples) + ": a colour image is no CT");
+  if (!s.photometric.empty() && s.photometric != "MONOCHROME2")
+    throw InputError(s.path, "PhotometricInterpretation (0028,0004)",
+                     s.photometric + ": " +
+                         (s.photometric == "MONOCHROME1" ? "grey values are inverted"
+                                                         : "a colour image is no CT"));
   if (s.frames > 1)
     throw InputError(s.path, "NumberOfFrames (0028,0008)",
                      std::to_string(s.frames) +

@@ -15,6 +15,7 @@ struct DicomSlice {
   std::string path;
   std::string patient_key;  ///< digest of PatientID, name and birth date; empty where all three are
   std::string series_uid, sop_uid, study_uid, frame_uid, description, modality, image_type;
+  std::string photometric;                                ///< MONOCHROME2 is what is read
   std::string series_number, patient, laterality, phase;  ///< the last three: SeriesInfo
   int rows = 0, columns = 0, samples = 1, frames = 1, bits = 16;
   bool has_position = false, has_orientation = false, has_spacing = false;

@@ -1,9 +1,12 @@
 #include "Adapters/OpenCv/CameraFile.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <opencv2/core.hpp>
 #include <sstream>
 
@@ -157,13 +160,45 @@ bool CameraFileHasPose(const std::string& path) {
   return !storage["camera_from_world"].empty() || !storage["T_cam_from_ct"].empty();
 }
 
-void WriteCameraFile(const std::string& path, const CameraModel& camera) {
+std::string ReadCalibrationTime(const std::string& path) {
+  const cv::FileStorage storage = OpenStorage(path);
+  const cv::FileNode node = storage["calibration_time"];
+  const std::string time = node.isString() ? node.string() : std::string();
+  // It is written into other files as it is.
+  const bool plain = std::all_of(time.begin(), time.end(), [](unsigned char c) {
+    return std::isprint(c) && c != '"' && c != '\\';
+  });
+  return plain ? time : std::string();
+}
+
+std::optional<int> CalibrationAge_days(const std::string& time, std::time_t now) {
+  for (const char* format : {"%Y-%m-%d", "%a %b %d %H:%M:%S %Y", "%a %d %b %Y %I:%M:%S %p"}) {
+    std::tm calibrated{};
+    std::istringstream in(time);
+    in.imbue(std::locale::classic());
+    in >> std::get_time(&calibrated, format);
+    // A text that breaks off does not fail: what was not read stays 0.
+    if (in.fail() || calibrated.tm_mday == 0 || calibrated.tm_year == 0) continue;
+    const double days = std::difftime(now, timegm(&calibrated)) / 86400.0;
+    if (!(std::abs(days) < 1e6)) continue;
+    if (days < 0 && days > -1) return 0;  // of another time zone
+    return static_cast<int>(std::floor(days));
+  }
+  return std::nullopt;
+}
+
+void WriteCameraFile(const std::string& path, const CameraModel& camera,
+                     const std::string& calibrated) {
   const double k[9] = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = camera.camera_from_world.matrix();
   const std::string text =
-      "%YAML:1.0\n---\n# camera_from_world maps the patient frame (LPS, mm) to the OpenCV camera "
-      "frame\nspace: LPS\nimage_width: " +
-      std::to_string(camera.width) + "\nimage_height: " + std::to_string(camera.height) + "\n" +
+      std::string(
+          "%YAML:1.0\n---\n# camera_from_world maps the patient frame (LPS, mm) to the OpenCV "
+          "camera "
+          "frame\nspace: LPS\n") +
+      (calibrated.empty() ? std::string() : "calibration_time: \"" + calibrated + "\"\n") +
+      "image_width: " + std::to_string(camera.width) +
+      "\nimage_height: " + std::to_string(camera.height) + "\n" +
       MatrixText("camera_matrix", 3, 3, k) +
       MatrixText("distortion_coefficients", 1, 5, camera.distortion.data()) +
       MatrixText("camera_from_world", 4, 4, pose.data());

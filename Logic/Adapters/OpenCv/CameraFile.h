@@ -1,5 +1,7 @@
 #pragma once
 
+#include <ctime>
+#include <optional>
 #include <string>
 
 #include "Core/Camera.h"
@@ -20,7 +22,20 @@ CameraModel ReadCameraIntrinsics(const std::string& path);
 /// A study's camera has a pose, a calibration need not have one. @throws InputError
 bool CameraFileHasPose(const std::string& path);
 
-/// Writes the camera with camera_from_world (LPS), atomically. @throws InputError
-void WriteCameraFile(const std::string& path, const CameraModel& camera);
+/// When the camera was calibrated, as its file says it (`calibration_time`: ISO 8601, or as
+/// OpenCV's calibration writes it); empty where it does not. A copy is as old as what it is a copy
+/// of.
+/// @throws InputError
+std::string ReadCalibrationTime(const std::string& path);
+
+/// @param time as ReadCalibrationTime gives it @return whole days up to `now`, negative for a time
+/// that is a day or more ahead; none for a text that is no date
+std::optional<int> CalibrationAge_days(const std::string& time, std::time_t now);
+
+/// Writes the camera with camera_from_world (LPS), atomically.
+/// @param calibrated when it was, as ReadCalibrationTime gives it; empty: not known
+/// @throws InputError
+void WriteCameraFile(const std::string& path, const CameraModel& camera,
+                     const std::string& calibrated = {});
 
 }  // namespace kerf

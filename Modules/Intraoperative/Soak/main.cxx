@@ -1,5 +1,5 @@
 // kerf-soak: the Intraoperative page in a window over a video that is played for ever. Says once in
-// a while what it costs; ends with status 4 when memory grows.
+// a while what it costs; ends with status 4 when memory or work grows or the overlay is off.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -33,13 +33,26 @@ double ProcessorSeconds() {
 
 struct Row {
   double time_s, resident_mb, processors, registered, shown, latency_ms;
-  int dropped;
+  int dropped, cuts;
+  bool overlay;  ///< shown: the gate is not off, and nobody has to confirm
 };
 
 /// Largest growth after the first third, when caches and buffers are full.
 double Growth_mb(const std::vector<Row>& rows) {
   if (rows.size() < 3) return 0.0;
   return rows.back().resident_mb - rows[rows.size() / 3].resident_mb;
+}
+
+/// Processors in the last third over those in the second.
+double GrowthOfWork(const std::vector<Row>& rows) {
+  const std::size_t third = rows.size() / 3;
+  if (third < 10) return 1.0;  // too few to tell
+  double second = 0.0, last = 0.0;
+  for (std::size_t i = 0; i < third; ++i) {
+    second += rows[third + i].processors;
+    last += rows[rows.size() - third + i].processors;
+  }
+  return second > 0.0 ? last / second : 1.0;
 }
 
 }  // namespace
@@ -50,8 +63,14 @@ int main(int argc, char** argv) {
         "kerf-soak CASE VIDEO [SECONDS] [INTERVAL] [MEGABYTES] [CAMERA] [RATE]\n"
         "  Runs the Intraoperative page over VIDEO, forwards and backwards, for SECONDS (3600) "
         "and\n"
-        "  prints every INTERVAL seconds (60) memory, processors, rates, latency and drops.\n"
-        "  Status 4: memory grew by more than MEGABYTES (64) after the first third.\n"
+        "  prints every INTERVAL seconds (60) memory, processors, rates, latency, drops, cuts "
+        "and\n"
+        "  whether the overlay is shown.\n"
+        "  Status 4: memory grew by more than MEGABYTES (64) after the first third, or it took a "
+        "third\n"
+        "  more of the processors in the last third than in the second (of 30 rows or more), or "
+        "the "
+        "overlay was off in all of the last third.\n"
         "  CAMERA: calibration with pose, where the case has none.\n"
         "  RATE: pictures a second; default: the video's own.\n"
         "Example: kerf-soak cases/kidney cases/kidney.mp4 3600 60\n");
@@ -104,7 +123,8 @@ int main(int argc, char** argv) {
   });
   start.start(100);
   QTimer report;
-  std::printf("time_s,resident_mb,processors,registered_fps,shown_fps,latency_ms,dropped\n");
+  std::printf(
+      "time_s,resident_mb,processors,registered_fps,shown_fps,latency_ms,dropped,cuts,overlay\n");
   QObject::connect(&report, &QTimer::timeout, [&] {
     const auto now = Clock::now();
     const double passed = std::chrono::duration<double>(now - last).count();
@@ -116,20 +136,30 @@ int main(int argc, char** argv) {
                   latest ? latest->registered_fps : 0.0,
                   page.ShownPerSecond(),
                   page.Latency_ms(),
-                  latest ? latest->source.dropped : 0};
+                  latest ? latest->source.dropped : 0,
+                  latest ? static_cast<int>(latest->cuts.size()) : 0,
+                  latest && latest->gate != kerf::GateState::Off && !latest->needs_confirmation};
     rows.push_back(row);
     last = now;
     last_cpu = cpu;
-    std::printf("%.0f,%.1f,%.2f,%.0f,%.0f,%.0f,%d\n", row.time_s, row.resident_mb, row.processors,
-                row.registered, row.shown, row.latency_ms, row.dropped);
+    std::printf("%.0f,%.1f,%.2f,%.0f,%.0f,%.0f,%d,%d,%s\n", row.time_s, row.resident_mb,
+                row.processors, row.registered, row.shown, row.latency_ms, row.dropped, row.cuts,
+                row.overlay ? "shown" : "off");
     std::fflush(stdout);
     if (row.time_s < seconds) return;
-    if (!latest) status = 3;
-    if (Growth_mb(rows) > most_mb) status = 4;
+    const bool overlay = std::any_of(rows.end() - std::max<std::size_t>(1, rows.size() / 3),
+                                     rows.end(), [](const Row& r) { return r.overlay; });
+    if (!latest)
+      status = 3;
+    else if (Growth_mb(rows) > most_mb || GrowthOfWork(rows) > 4.0 / 3.0 || !overlay)
+      status = 4;
     app.quit();
   });
   report.start(std::max(1, int(interval * 1000)));
   app.exec();
-  std::printf("growth after the first third: %.1f MB\n", Growth_mb(rows));
+  std::printf(
+      "growth after the first third: %.1f MB; processors in the last third: %.2f times those in "
+      "the second\n",
+      Growth_mb(rows), GrowthOfWork(rows));
   return status;
 }

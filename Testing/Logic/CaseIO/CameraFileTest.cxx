@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <ctime>
 
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Core/Errors.h"
@@ -43,6 +44,31 @@ TEST(CameraFile, ComesBackToTheBit) {
   EXPECT_EQ(back.width, 960);
   EXPECT_EQ(back.camera_from_world.matrix(), camera.camera_from_world.matrix());
   EXPECT_EQ(folder.EntryCount(), 1u);
+}
+
+TEST(CameraFile, SaysHowOldTheCalibrationIs) {
+  TemporaryFolder folder;
+  std::tm day{};
+  day.tm_year = 126, day.tm_mon = 10, day.tm_mday = 23, day.tm_hour = 12;
+  const std::time_t now = timegm(&day);
+  EXPECT_EQ(CalibrationAge_days("2026-11-23T08:30:00Z", now), 0);
+  EXPECT_EQ(CalibrationAge_days("2026-10-09", now), 45);
+  EXPECT_EQ(CalibrationAge_days("Fri Oct  9 11:02:33 2026", now), 45) << "as OpenCV writes it";
+  EXPECT_EQ(CalibrationAge_days("2027-01-01", now), -39);
+  for (const char* nothing : {"", "yesterday", "2026", "2026-13-45"})
+    EXPECT_EQ(CalibrationAge_days(nothing, now), std::nullopt) << nothing;
+  // A copy is as old as what it is a copy of.
+  const std::string old =
+      folder.Write("old.yml", kHead + "calibration_time: \"Fri Oct  9 11:02:33 2026\"\n" + kMatrix);
+  WriteCameraFile(folder / "copy.yml", Example(), ReadCalibrationTime(old));
+  EXPECT_EQ(ReadCalibrationTime(folder / "copy.yml"), "Fri Oct  9 11:02:33 2026");
+  EXPECT_EQ(ReadCameraFile(folder / "copy.yml").fx, Example().fx);
+  WriteCameraFile(folder / "unknown.yml", Example());
+  EXPECT_EQ(ReadCalibrationTime(folder / "unknown.yml"), "");
+  EXPECT_EQ(ReadCalibrationTime(
+                folder.Write("odd.yml", kHead + "calibration_time: \"a\\\"b\"\n" + kMatrix)),
+            "")
+      << "would break the file that it is written into";
 }
 
 TEST(CameraFile, ReadsPosesOfBothFrames) {

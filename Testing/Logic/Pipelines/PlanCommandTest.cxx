@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
@@ -96,6 +97,11 @@ TEST_F(PlanCommand, RefusesBrokenDicomFolders) {
           "slice2", "PixelSpacing");
   Refuses(Series("nan", [](DicomFile* f) { f->Text(0x00280030, "DS", "nan\\0.75"); }), "slice2",
           "PixelSpacing");
+  Refuses(Series("comma", [](DicomFile* f) { f->Text(0x00280030, "DS", "0,5\\0.75"); }), "slice2",
+          "PixelSpacing");
+  for (const std::string photometric : {"PALETTE COLOR", "MONOCHROME1"})
+    Refuses(Series(photometric, [&](DicomFile* f) { f->Text(0x00280004, "CS", photometric); }),
+            "slice2", "PhotometricInterpretation");
 }
 
 TEST_F(PlanCommand, SaysWhichOrganItTakesWhereThereAreSeveral) {
@@ -106,6 +112,37 @@ TEST_F(PlanCommand, SaysWhichOrganItTakesWhereThereAreSeveral) {
     EXPECT_EQ(Run("'" + ct + "' " + options), 3) << said_;  // there is no liver in noise
     EXPECT_NE(said_.find("the liver is segmented"), std::string::npos) << said_;
   }
+}
+
+TEST_F(PlanCommand, AsksWhichOfSeveralSeries) {
+  const std::string folder = Series("two");
+  for (int n = 0; n < 4; ++n) {
+    DicomFile slice(8, 6, 100 + 2.0 * n, 20 + n);
+    slice.Text(0x0020000e, "UI", "1.2.3.5");
+    slice.Write(fs::path(folder) / ("late" + std::to_string(n)));
+  }
+  Refuses(folder, "two", "SeriesInstanceUID");
+  for (const char* part : {"1.2.3.4", "1.2.3.5", "--series", "5 slices", "4 slices"})
+    EXPECT_NE(said_.find(part), std::string::npos) << part << " is not in: " << said_;
+  EXPECT_EQ(Run("'" + folder + "' --preset liver --series 9.9.9"), 2) << said_;
+  EXPECT_EQ(Run("'" + folder + "' --preset liver --series 1.2.3.5"), 3) << said_;
+  EXPECT_EQ(said_.find("SeriesInstanceUID"), std::string::npos) << "read, and no liver in it";
+}
+
+TEST_F(PlanCommand, RefusesBrokenNifti) {
+  Refuses(Nifti<std::int16_t>("flat.nii", 40, 2), "flat.nii", "dim[0]");
+  Refuses(Nifti<float>("zero.nii", 80, 0.f), "zero.nii", "pixdim[1]");
+  Refuses(Nifti<float>("negative.nii", 84, -1.1f), "negative.nii", "pixdim[2]");
+  Refuses(Nifti<float>("nan.nii", 88, std::nanf("")), "nan.nii", "pixdim[3]");
+  Refuses(Nifti<std::int16_t>("colour.nii", 70, 128), "colour.nii", "colour");
+  const std::string four = Nifti<std::int16_t>("four.nii", 40, 4);
+  std::string bytes = folder_.Read("four.nii");
+  const std::int16_t times = 3;
+  std::memcpy(&bytes[48], &times, 2);
+  folder_.Write("four.nii", bytes);
+  Refuses(four, "four.nii", "4-D");
+  folder_.Write("cut.nii", folder_.Read("zero.nii").substr(0, 400));
+  Refuses(folder_ / "cut.nii", "cut.nii", "");
 }
 
 TEST_F(PlanCommand, RefusesASeedOutsideTheVolume) {

@@ -1,8 +1,10 @@
 // What goes wrong around a session costs neither the session nor what was recorded.
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <fstream>
 
+#include "Adapters/OpenCv/CameraFile.h"
 #include "CaseIO/JournalRead.h"
 #include "CaseIO/Markups.h"
 #include "Core/Errors.h"
@@ -80,6 +82,33 @@ std::vector<std::string> CutsOf(const std::string& folder) {
   return cuts;
 }
 
+TEST(Desk, TheAgeOfTheCalibrationIsWhatItsFileSays) {
+  const PhantomCase phantom(4000);
+  IntraoperativeDesk desk;
+  phantom.OpenFor(&desk);
+  const CameraModel camera = ReadCameraFile(PhantomCase::Study() + "/camera.yml");
+  const std::string file = phantom.Folder() + "/calibration.yml";
+  const auto said = [&](const std::string& calibrated) {
+    WriteCameraFile(file, camera, calibrated);  // now, whatever it says
+    desk.UseCamera(file);
+    for (const CheckInItem& item : desk.CheckIn(desk.Pseudonym()))
+      if (item.text.rfind("Calibration", 0) == 0)
+        return (item.level == CheckInItem::Level::Ok ? "ok: " : "warned: ") + item.text;
+    return std::string("nothing");
+  };
+  const auto day = [](int days_ago) {
+    const std::time_t then = std::time(nullptr) - 86400 * days_ago - 3600;
+    char text[32];
+    std::strftime(text, sizeof text, "%a %b %d %H:%M:%S %Y", std::gmtime(&then));
+    return std::string(text);
+  };
+  EXPECT_EQ(said(day(3)), "ok: Calibration calibration.yml, 3 days old.");
+  EXPECT_EQ(said(day(45)), "warned: Calibration calibration.yml, 45 days old.");
+  EXPECT_EQ(said(""), "warned: Calibration calibration.yml: the file does not say how old it is.");
+  EXPECT_NE(said(day(-5)).find("in the future"), std::string::npos);
+  fs::remove(file);
+}
+
 TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
   const PhantomCase phantom(4000);
   ResectionPlan plan;
@@ -101,6 +130,7 @@ TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
     plan.line = line;
     plan.direction = view;
     plan.depth_mm = 80;
+    plan.margin_mm = 7;
     CaseWriter writer = CaseWriter::Update(phantom.Folder());
     StageResectionPlan(plan, &writer);
     writer.Commit();
@@ -110,6 +140,8 @@ TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
     IntraoperativeDesk desk;
     Start(phantom, &desk);
     EXPECT_FALSE(desk.Latest()->planned_lines.empty());
+    EXPECT_EQ(desk.Latest()->planned_margin_mm, 7.0);
+    EXPECT_EQ(desk.PlannedMargin_mm(), 7.0);
     EXPECT_TRUE(std::isnan(desk.Latest()->deviation.mean_mm));
     IntraoperativeDecision drawn;
     drawn.kind = IntraoperativeDecision::Kind::DrawCut;
