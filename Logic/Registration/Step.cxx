@@ -181,8 +181,7 @@ bool IsDue(const RegistrationState& state) {
 }
 
 /// Cuts as the grips say they are: longer, or turned. The search runs beside the frames.
-/// @return whether a cut was taken over: with it come grips of its own
-bool Refine(const std::vector<char>& usable, const CameraModel& camera,
+void Refine(const std::vector<char>& usable, const CameraModel& camera,
             const MethodOptions& options, Engine& engine, RegistrationState* state,
             StepReport* report) {
   ModelProbing& probing = state->probing;
@@ -195,25 +194,23 @@ bool Refine(const std::vector<char>& usable, const CameraModel& camera,
       probing.next_frame = state->frame + 1;
       probing.pause_frames = 0;
       probing.turn = false;
-      return false;
+      return;
     }
-    if (state->frame < probing.next_frame) return false;
+    if (state->frame < probing.next_frame) return;
     if (engine.search->Begin(usable, camera, options, *state)) {
       probing.due_frame = state->frame + kSearchFrames;
       probing.of_grips = !IsCut(*state);
     }
-    return false;
+    return;
   }
-  if (!IsDue(*state) || options.hold_search) return false;
+  if (!IsDue(*state) || options.hold_search) return;
   probing.due_frame = -1;
   if (engine.observer) engine.observer->Wait();
   auto better = engine.search->Finish();
-  bool taken = false;
   Begin(engine, Stage::Solve);
   if (better) {
     const CutEvent event = TakeOver(std::move(*better), options, engine, state);
-    taken = event.report.done;
-    if (taken) report->cuts.push_back(event);
+    if (event.report.done) report->cuts.push_back(event);
     probing.pause_frames = 0;
   } else if (probing.turn) {
     probing.pause_frames = std::min(2 * probing.pause_frames + 1, kLongestPause_frames);
@@ -222,11 +219,10 @@ bool Refine(const std::vector<char>& usable, const CameraModel& camera,
     probing.regrip_mm = kRegripGrowth * state->grips.residual_mm;
     ++probing.regrips;
     probing.next_frame = state->frame + 1;
-    return taken;
+    return;
   }
   probing.turn = !probing.turn && !options.extrusion;  // a given direction stays
   probing.next_frame = state->frame + (probing.turn ? 0 : probing.pause_frames);
-  return taken;
 }
 
 }  // namespace
@@ -314,8 +310,7 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
                   camera, grip_options, engine.solvers.grips.get(), &state->grips);
     };
     const auto refine = [&] {
-      return options.cutting && engine.search &&
-             Refine(usable, camera, options, engine, state, &report);
+      if (options.cutting && engine.search) Refine(usable, camera, options, engine, state, &report);
     };
     // Grips that only settle, since the organ has just been cut, do so beside the organ's own
     // solve, which goes by what they said before; unless a search is to be taken over in between.
@@ -324,8 +319,9 @@ StepReport Step(const Frame& frame, const CameraModel& camera, const MethodOptio
     if (gripped && !beside) {
       // A cut that a search found comes with grips of its own, moved on to where they were in the
       // last frame: that is this frame's update.
-      const bool taken = due && refine();
-      if (taken)
+      const std::size_t cuts_before = report.cuts.size();
+      if (due) refine();
+      if (report.cuts.size() > cuts_before)
         state->grips.waited = true;
       else
         update_grips();

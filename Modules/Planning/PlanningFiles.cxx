@@ -26,6 +26,15 @@ void WritePlan(const CaseToSave& what, const std::string& folder) {
   writer.Commit();
 }
 
+/// What its file says, or nothing: the work is saved whatever has become of that file.
+std::string CalibratedAt(const std::string& camera_file) {
+  try {
+    return camera_file.empty() ? std::string() : ReadCalibrationTime(camera_file);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<const PlannedCase> MeshLabels(const LabelMap& labels, int tetrahedra,
@@ -50,15 +59,6 @@ std::shared_ptr<const PlanningModel> ModelOf(const PlannedCase& planned) {
   if (const SurfaceMesh* tumour = model->Find("tumour"))
     model->organ_to_tumour_mm = DistancesTo(*tumour, model->organ_surface.points);
   return model;
-}
-
-/// What its file says, or nothing: the work is saved whatever has become of that file.
-static std::string CalibratedAt(const std::string& camera_file) {
-  try {
-    return camera_file.empty() ? std::string() : ReadCalibrationTime(camera_file);
-  } catch (const InputError&) {
-    return {};
-  }
 }
 
 void SaveCase(const CaseToSave& what, const std::string& folder, Progress& progress) {

@@ -191,13 +191,11 @@ void WriteCameraFile(const std::string& path, const CameraModel& camera,
                      const std::string& calibrated) {
   const double k[9] = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> pose = camera.camera_from_world.matrix();
+  const std::string time = calibrated.empty() ? "" : "calibration_time: \"" + calibrated + "\"\n";
   const std::string text =
-      std::string(
-          "%YAML:1.0\n---\n# camera_from_world maps the patient frame (LPS, mm) to the OpenCV "
-          "camera "
-          "frame\nspace: LPS\n") +
-      (calibrated.empty() ? std::string() : "calibration_time: \"" + calibrated + "\"\n") +
-      "image_width: " + std::to_string(camera.width) +
+      "%YAML:1.0\n---\n# camera_from_world maps the patient frame (LPS, mm) to the OpenCV camera "
+      "frame\nspace: LPS\n" +
+      time + "image_width: " + std::to_string(camera.width) +
       "\nimage_height: " + std::to_string(camera.height) + "\n" +
       MatrixText("camera_matrix", 3, 3, k) +
       MatrixText("distortion_coefficients", 1, 5, camera.distortion.data()) +

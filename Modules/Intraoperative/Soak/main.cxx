@@ -61,16 +61,12 @@ int main(int argc, char** argv) {
   if (argc < 3 || std::string(argv[1]) == "--help") {
     std::printf(
         "kerf-soak CASE VIDEO [SECONDS] [INTERVAL] [MEGABYTES] [CAMERA] [RATE]\n"
-        "  Runs the Intraoperative page over VIDEO, forwards and backwards, for SECONDS (3600) "
-        "and\n"
-        "  prints every INTERVAL seconds (60) memory, processors, rates, latency, drops, cuts "
-        "and\n"
+        "  Runs the Intraoperative page over VIDEO, to and fro, for SECONDS (3600) and prints\n"
+        "  every INTERVAL seconds (60) memory, processors, rates, latency, drops, cuts and\n"
         "  whether the overlay is shown.\n"
-        "  Status 4: memory grew by more than MEGABYTES (64) after the first third, or it took a "
-        "third\n"
-        "  more of the processors in the last third than in the second (of 30 rows or more), or "
-        "the "
-        "overlay was off in all of the last third.\n"
+        "  Status 4: memory grew by more than MEGABYTES (64) after the first third, or (of 30\n"
+        "  rows or more) the last third took a third more of the processors than the second, or\n"
+        "  the overlay was off in all of the last third.\n"
         "  CAMERA: calibration with pose, where the case has none.\n"
         "  RATE: pictures a second; default: the video's own.\n"
         "Example: kerf-soak cases/kidney cases/kidney.mp4 3600 60\n");

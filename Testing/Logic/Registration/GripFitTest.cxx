@@ -118,23 +118,16 @@ TEST(GripFit, TooFewFeaturesSayNothing) {
 }
 
 /// Says whether it was given the work of a frame only.
-class Watched final : public ElasticSolver {
+class Watched final : public PassingSolver {
  public:
-  explicit Watched(std::unique_ptr<ElasticSolver> inner) : inner_(std::move(inner)) {}
-  void Reset(const TetMesh& mesh, const Material& material) override {
-    inner_->Reset(mesh, material);
-  }
-  void Apply(const TopologyChange& change) override { inner_->Apply(change); }
+  using PassingSolver::PassingSolver;
   SolveReport Solve(const Springs& springs, const Fixations& held, const SolveOptions& options,
                     Points* positions, Points* velocities) override {
     EXPECT_TRUE(options.max_newton_steps == 1 || options.max_newton_steps == 2);
     EXPECT_GT(options.most_iterations, 0);
     EXPECT_LE(options.most_iterations, 24);
-    return inner_->Solve(springs, held, options, positions, velocities);
+    return PassingSolver::Solve(springs, held, options, positions, velocities);
   }
-
- private:
-  std::unique_ptr<ElasticSolver> inner_;
 };
 
 TEST(GripFit, AFramesWorkIsBounded) {
@@ -165,18 +158,14 @@ TEST(GripFit, WhereTheModelWasCutItSettlesAloneButNotTwiceInARow) {
 }
 
 /// Says how long every equilibrium took, and remembers what was allowed.
-class Scripted final : public ElasticSolver {
+class Scripted final : public PassingSolver {
  public:
   Scripted(std::unique_ptr<ElasticSolver> inner, int iterations)
-      : inner_(std::move(inner)), iterations_(iterations) {}
-  void Reset(const TetMesh& mesh, const Material& material) override {
-    inner_->Reset(mesh, material);
-  }
-  void Apply(const TopologyChange& change) override { inner_->Apply(change); }
+      : PassingSolver(std::move(inner)), iterations_(iterations) {}
   SolveReport Solve(const Springs& springs, const Fixations& held, const SolveOptions& options,
                     Points* positions, Points* velocities) override {
     allowed.push_back(options.most_iterations);
-    SolveReport report = inner_->Solve(springs, held, options, positions, velocities);
+    SolveReport report = PassingSolver::Solve(springs, held, options, positions, velocities);
     report.converged = true;
     report.cg_iterations = iterations_;
     return report;
@@ -184,7 +173,6 @@ class Scripted final : public ElasticSolver {
   std::vector<int> allowed;
 
  private:
-  std::unique_ptr<ElasticSolver> inner_;
   int iterations_;
 };
 

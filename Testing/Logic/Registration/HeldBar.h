@@ -152,4 +152,21 @@ struct Model {
   }
 };
 
+/// A solver that another one works for; tests look at what is asked and answered.
+class PassingSolver : public ElasticSolver {
+ public:
+  explicit PassingSolver(std::unique_ptr<ElasticSolver> inner) : inner_(std::move(inner)) {}
+  void Reset(const TetMesh& mesh, const Material& material) override {
+    inner_->Reset(mesh, material);
+  }
+  void Apply(const TopologyChange& change) override { inner_->Apply(change); }
+  SolveReport Solve(const Springs& springs, const Fixations& held, const SolveOptions& options,
+                    Points* positions, Points* velocities) override {
+    return inner_->Solve(springs, held, options, positions, velocities);
+  }
+
+ private:
+  std::unique_ptr<ElasticSolver> inner_;
+};
+
 }  // namespace kerf::held_bar

@@ -26,22 +26,17 @@ class StandingTracker : public FeatureTracker {
 };
 
 /// Counts the equilibria that it is asked for.
-class Counted : public ElasticSolver {
+class Counted : public PassingSolver {
  public:
   Counted(std::unique_ptr<ElasticSolver> inner, int* solves)
-      : inner_(std::move(inner)), solves_(solves) {}
-  void Reset(const TetMesh& mesh, const Material& material) override {
-    inner_->Reset(mesh, material);
-  }
-  void Apply(const TopologyChange& change) override { inner_->Apply(change); }
+      : PassingSolver(std::move(inner)), solves_(solves) {}
   SolveReport Solve(const Springs& springs, const Fixations& held, const SolveOptions& options,
                     Points* positions, Points* velocities) override {
     ++*solves_;
-    return inner_->Solve(springs, held, options, positions, velocities);
+    return PassingSolver::Solve(springs, held, options, positions, velocities);
   }
 
  private:
-  std::unique_ptr<ElasticSolver> inner_;
   int* solves_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QDir>
 #include <QString>
 #include <QTemporaryDir>
 #include <QTest>
@@ -41,6 +42,8 @@ class GuiDriver {
   void Paint() const;
   /// Answers the file dialog that `button` opens.
   void ChooseFile(const QString& button, const QString& path) const;
+  /// Where the window that runs in `folder` keeps unsaved work.
+  static QDir Unsaved(const QString& folder) { return QDir(folder).filePath("work/planning"); }
   /// Forgets unsaved work without a question, as a crash does.
   void Abandon();
 

@@ -322,7 +322,7 @@ void PlanningBadInputGuiTest::WorkIsNotReplacedWithoutAQuestion() {
   gui_->Paint();
   const double painted = gui_->Volume_ml(0);
   QVERIFY(painted > 0);
-  const QString autosave = Path("run/work/planning/autosave.kerfwork");
+  const QString autosave = GuiDriver::Unsaved(Path("run")).filePath("autosave.kerfwork");
   QTRY_VERIFY_WITH_TIMEOUT(QFile::exists(autosave), 10000);
   const auto open = [this] { gui_->Drop(ct_); };
   const QString question = Asked(open, QMessageBox::Cancel);

@@ -125,7 +125,7 @@ void PlanningGuiTest::Save() {
   QVERIFY(gui_->Idle());
   QVERIFY2(gui_->State(5) == kDone, qPrintable(gui_->Message()));
   QCOMPARE(gui_->Window()->Host()->CurrentCase(), Path("case"));
-  QTRY_VERIFY(!QFile::exists(QDir(Path("run")).filePath("work/planning/autosave.kerfwork")));
+  QTRY_VERIFY(!GuiDriver::Unsaved(Path("run")).exists("autosave.kerfwork"));
 }
 
 void PlanningGuiTest::AllIsSeen(const QString& widget) const {

@@ -24,7 +24,7 @@ int PaintAndBeKilled(const QString& folder, const QString& ct) {
   gui.Idle();
   gui.Paint();
   const double painted = gui.Volume_ml(0);
-  const QString autosave = QDir(folder).filePath("work/planning/autosave.kerfwork");
+  const QString autosave = GuiDriver::Unsaved(folder).filePath("autosave.kerfwork");
   if (!QTest::qWaitFor([&] { return QFile::exists(autosave); }, 20000)) return 1;
   std::printf("%.1f\n", painted);
   std::fflush(stdout);
@@ -116,7 +116,8 @@ void PlanningRecoveryGuiTest::KilledAndRecovered() {
 }
 
 void PlanningRecoveryGuiTest::WhatComesNextDoesNotTakeItsPlace() {
-  const QString run = Path("next"), work = run + "/work/planning/";
+  const QString run = Path("next");
+  const QDir work = GuiDriver::Unsaved(run);
   const double painted = Killed(run);
   QVERIFY(painted > 0);
   // Other work is begun before anybody looks at what was left, and saved for a crash as well.
@@ -127,7 +128,7 @@ void PlanningRecoveryGuiTest::WhatComesNextDoesNotTakeItsPlace() {
   gui_->Drag("sliceCoronal", 0.4, 0.4, 0.6, 0.6);
   const double next = gui_->Volume_ml(0);
   QVERIFY(next > painted);
-  QTRY_VERIFY_WITH_TIMEOUT(QFile::exists(work + "autosave.kerfwork"), 10000);
+  QTRY_VERIFY_WITH_TIMEOUT(work.exists("autosave.kerfwork"), 10000);
   gui_->Abandon();
   // Now both were left: the newer is offered first, and neither is in the other's way.
   gui_ = std::make_unique<GuiDriver>(run);
@@ -135,12 +136,12 @@ void PlanningRecoveryGuiTest::WhatComesNextDoesNotTakeItsPlace() {
   QVERIFY(gui_->Idle());
   QTRY_COMPARE(gui_->Volume_ml(0), next);
   QVERIFY(gui_->Find("recoveryBar")->isVisible());
-  QCOMPARE(QDir(work).entryList({"left-*"}).size(), 2);
+  QCOMPARE(work.entryList({"left-*"}).size(), 2);
   // What was recovered stays in its file until the autosave holds it.
-  QTRY_COMPARE_WITH_TIMEOUT(QDir(work).entryList({"left-*"}).size(), 1, 10000);
-  QVERIFY(QFile::exists(work + "autosave.kerfwork"));
+  QTRY_COMPARE_WITH_TIMEOUT(work.entryList({"left-*"}).size(), 1, 10000);
+  QVERIFY(work.exists("autosave.kerfwork"));
   gui_->Abandon();
-  QVERIFY(QFile::remove(work + "autosave.kerfwork"));
+  QVERIFY(QFile::remove(work.filePath("autosave.kerfwork")));
   gui_ = std::make_unique<GuiDriver>(run);
   gui_->Click("recoverButton");
   QVERIFY(gui_->Idle());
