@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "Adapters/OpenCv/VideoWriter.h"
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Adapters/Rendering/OverlayRenderer.h"
 #include "Core/Progress.h"
 #include "Pipelines/ResultsWriter.h"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "Adapters/Itk/VolumeFiles.h"
-#include "Adapters/OpenCv/VideoWriter.h"
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Adapters/Rendering/ImageEncoding.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/Csv.h"

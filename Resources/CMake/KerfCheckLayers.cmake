@@ -49,7 +49,7 @@ function(kerf_forbid target pattern why)
   endforeach()
 endfunction()
 
-set(_toolkits "^(Qt5::|VTK::|vtk|ITK|itk|kerf_itk|opencv_|OpenIGTLink|DCMTK)")
+set(_toolkits "^(Qt5::|VTK::|vtk|ITK|itk|kerf_itk|opencv_|kerf_libav|OpenIGTLink|DCMTK)")
 get_property(_components GLOBAL PROPERTY KERF_COMPONENTS)
 foreach(component IN LISTS _components)
   kerf_forbid(${component} "^Qt5::" "Logic is free of Qt")

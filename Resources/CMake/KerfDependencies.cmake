@@ -9,6 +9,7 @@ find_package(spdlog REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio video calib3d features2d)
 find_package(dlib REQUIRED)
+find_package(PkgConfig REQUIRED)
 find_package(Qt5 5.15 REQUIRED COMPONENTS Core Gui Widgets Test)
 find_package(VTK 9.1 REQUIRED COMPONENTS
   CommonCore CommonDataModel CommonTransforms CommonExecutionModel CommonMath FiltersCore FiltersGeneral FiltersGeometry

@@ -2,7 +2,7 @@
 include(CMakePackageConfigHelpers)
 set(_package "${CMAKE_INSTALL_LIBDIR}/cmake/Kerf")
 install(TARGETS kerf RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
-install(TARGETS kerf_cholmod kerf_itk EXPORT KerfTargets)
+install(TARGETS kerf_cholmod kerf_itk kerf_libav EXPORT KerfTargets)
 # The layout of Eigen's fixed-size types follows the instruction set: who links Kerf compiles for the same one.
 target_compile_options(KerfCore INTERFACE $<INSTALL_INTERFACE:-march=${KERF_BASELINE}>)
 install(EXPORT KerfTargets NAMESPACE Kerf:: DESTINATION "${_package}")

@@ -1,14 +1,16 @@
 #include <gtest/gtest.h>
+#include <malloc.h>
 
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Adapters/OpenCv/EncodedSize.h"
 #include "Adapters/OpenCv/ImageSequence.h"
 #include "Adapters/OpenCv/VideoSource.h"
-#include "Adapters/OpenCv/VideoWriter.h"
 #include "Core/Errors.h"
 #include "SyntheticVideo.h"
 
@@ -83,6 +85,56 @@ TEST(Video, WritesH264In420) {
   EXPECT_EQ(fourcc, cv::VideoWriter::fourcc('a', 'v', 'c', '1'));
   const int format = static_cast<int>(capture.get(cv::CAP_PROP_CODEC_PIXEL_FORMAT));
   EXPECT_EQ(format, cv::VideoWriter::fourcc('I', '4', '2', '0'));
+}
+
+TEST(Video, WritingIsDeterministicWhateverIsInMemory) {
+  Scratch folder("written-twice");
+  // What malloc returns and what free leaves is filled with another byte each time.
+  for (const int fill : {0, 1, 85, 254}) {
+    mallopt(M_PERTURB, fill);
+    WriteVideo(folder / ("v" + std::to_string(fill) + ".mp4"), 60, 480, 270);
+  }
+  mallopt(M_PERTURB, 0);
+  const std::string first = Slurp(folder / "v0.mp4");
+  EXPECT_GT(first.size(), 1000u);
+  for (const char* other : {"v1.mp4", "v85.mp4", "v254.mp4"})
+    EXPECT_TRUE(first == Slurp(folder / other)) << other;
+}
+
+TEST(Video, ColoursAndGreyComeBack) {
+  Scratch folder("colours");
+  Image colour{64, 48, 3, {}};
+  for (int k = 0; k < 64 * 48; ++k)
+    for (const int value : {30, 60, 200}) colour.data.push_back(static_cast<std::uint8_t>(value));
+  {
+    VideoWriter writer(folder / "v.mp4", 64, 48, 25);
+    for (int k = 0; k < 5; ++k) writer.Write(colour);
+    writer.Write(Image{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 120)});
+    writer.Finish();
+  }
+  const auto source = OpenVideo(folder / "v.mp4");
+  std::vector<Frame> frames;
+  while (auto frame = source->Next()) frames.push_back(*frame);
+  ASSERT_EQ(frames.size(), 6u);
+  const std::size_t middle = 3 * (24 * 64 + 32);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(frames[0].image->data[middle + k], colour.data[k], 4);
+    EXPECT_NEAR(frames[5].image->data[middle + k], 120, 4);
+  }
+}
+
+TEST(Video, AFullDiskIsSaidAndLeavesNothing) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  Scratch folder("full");
+  fs::create_symlink("/dev/full", folder / "v.part.mp4");
+  const std::string message = MessageOf([&] {
+    VideoWriter writer(folder / "v.mp4", 64, 48, 25);
+    for (int k = 0; k < 50; ++k) writer.Write(ToImage(Tissue(64, 48, k)));
+    writer.Finish();
+  });
+  EXPECT_NE(message.find("v.mp4"), std::string::npos) << message;
+  EXPECT_NE(message.find("No space left"), std::string::npos) << message;
+  EXPECT_FALSE(fs::exists(folder / "v.mp4"));
 }
 
 TEST(Video, DecodingIsDeterministic) {

@@ -9,7 +9,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "Adapters/OpenCv/CameraFile.h"
-#include "Adapters/OpenCv/VideoWriter.h"
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"

@@ -11,7 +11,7 @@
 #include <cstdio>
 
 #include "Adapters/OpenCv/VideoSource.h"
-#include "Adapters/OpenCv/VideoWriter.h"
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Application/qKerfApplicationHost.h"
 #include "Application/qKerfMainWindow.h"
 #include "CaseIO/CaseFolder.h"
