@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "Core/Errors.h"
 
@@ -23,13 +24,13 @@ class Progress {
   }
 };
 
-/// Maps the 0..1 of a part of a job into [begin, end] of the whole.
+/// Maps the 0..1 of a part of a job into [begin, end] of the whole; `of` stands before its phrases.
 class SubProgress : public Progress {
  public:
-  SubProgress(Progress& parent, double begin, double end)
-      : parent_(parent), begin_(begin), end_(end) {}
+  SubProgress(Progress& parent, double begin, double end, std::string of = "")
+      : parent_(parent), begin_(begin), end_(end), of_(std::move(of)) {}
   void Report(double fraction, const std::string& what) override {
-    parent_.Report(begin_ + (end_ - begin_) * fraction, what);
+    parent_.Report(begin_ + (end_ - begin_) * fraction, of_.empty() ? what : of_ + what);
   }
   void Warn(const std::string& message) override { parent_.Warn(message); }
   bool IsCancelled() const override { return parent_.IsCancelled(); }
@@ -37,6 +38,7 @@ class SubProgress : public Progress {
  private:
   Progress& parent_;
   double begin_, end_;
+  std::string of_;
 };
 
 }  // namespace kerf

@@ -33,24 +33,42 @@ OverlayStatus Status(const SessionFrame& report, const RegistrationState& state,
 
 }  // namespace
 
-std::unique_ptr<OverlayRecorder> OverlayRecorder::Make(const std::string& results,
+std::mutex& OverlayRecorder::Drawing() {
+  static std::mutex drawing;
+  return drawing;
+}
+
+std::unique_ptr<OverlayRecorder> OverlayRecorder::Make(const ReplayRequest& request,
                                                        const CameraModel& camera,
                                                        double frames_per_second,
                                                        Progress& progress) {
+  if (request.drawing == ReplayRequest::Drawing::None) return nullptr;
   std::string why_not;
   if (!RenderingAvailable(&why_not)) {
     progress.Warn("no overlay is drawn: " + why_not);
     return nullptr;
   }
-  return std::make_unique<OverlayRecorder>(results + "/overlay.mp4", camera, frames_per_second);
+  auto recorder = std::make_unique<OverlayRecorder>(camera);
+  if (request.drawing == ReplayRequest::Drawing::Video)
+    recorder->writer_ = std::make_unique<VideoWriter>(
+        request.results + "/overlay.mp4", camera.width, camera.height, frames_per_second);
+  return recorder;
 }
 
-OverlayRecorder::OverlayRecorder(const std::string& path, const CameraModel& camera,
-                                 double frames_per_second)
-    : renderer_(camera), writer_(path, camera.width, camera.height, frames_per_second) {}
+OverlayRecorder::OverlayRecorder(const CameraModel& camera) {
+  const std::lock_guard lock(Drawing());
+  renderer_ = std::make_unique<OverlayRenderer>(camera);
+}
+
+OverlayRecorder::~OverlayRecorder() {
+  const std::lock_guard lock(Drawing());
+  renderer_.reset();
+}
 
 void OverlayRecorder::Add(const Frame& frame, const SessionFrame& report,
-                          const RegistrationState& state, ResultsWriter* results) {
+                          const RegistrationState& state, bool keep, ResultsWriter* results) {
+  if (!keep && !writer_) return;
+  cuts_.Update(state);
   const ResultsWriter::OrganView& view = results->View(state);
   OverlayScene scene;
   scene.frame = frame;
@@ -66,15 +84,21 @@ void OverlayRecorder::Add(const Frame& frame, const SessionFrame& report,
                                                            : OverlayStructure::Kind::Internal,
                                 &current.back()});
   }
-  cuts_.Update(state);
   for (const Points& lip : cuts_.Lips()) scene.lines.push_back({OverlayLine::Kind::Applied, lip});
   const Image instruments = InstrumentMask(frame);
   scene.instruments = &instruments;
   scene.status = Status(report, state, cuts_);
-  last_ = {report.frame, report.time_s, renderer_.Render(scene)};
-  writer_.Write(last_.image);
+  Snapshot drawn{report.frame, report.time_s, {}};
+  {
+    const std::lock_guard lock(Drawing());
+    drawn.image = renderer_->Render(scene);
+  }
+  if (writer_) writer_->Write(drawn.image);
+  if (keep) snapshots_.push_back(std::move(drawn));
 }
 
-void OverlayRecorder::Finish() { writer_.Finish(); }
+void OverlayRecorder::Finish() {
+  if (writer_) writer_->Finish();
+}
 
 }  // namespace kerf

@@ -239,7 +239,8 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
     tracker = MakeFeatureTracker({});
     if (study.video.empty()) throw InputError(study.root, "video.mp4", "the study has no video");
   }
-  if (!study.video.empty() && (request.render || !request.tracks)) {
+  if (!study.video.empty() &&
+      (request.drawing != ReplayRequest::Drawing::None || !request.tracks)) {
     auto opened = OpenVideo(study.video);
     CheckVideoSize(opened->Width(), opened->Height(), study.video, camera, study.camera);
     video = opened.get();
@@ -265,8 +266,7 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
   journal.Write(0.0, 0, "registration accepted", accepted);
 
   std::unique_ptr<OverlayRecorder> recorder;
-  if (request.render && video)
-    recorder = OverlayRecorder::Make(request.results, camera, source->FramesPerSecond(), progress);
+  if (video) recorder = OverlayRecorder::Make(request, camera, source->FramesPerSecond(), progress);
 
   const MeshQuality planned_quality = MeasureQuality(planned.mesh, planned.mesh.rest);
   RegistrationSession session(std::move(planned.mesh), std::move(planned.structures), camera,
@@ -294,11 +294,11 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
     double render_ms = 0.0;
     if (recorder) {
       const auto render_start = Clock::now();
-      recorder->Add(*frame, *last, session.State(), &results);
       const auto& cuts = last->step.cuts;
       const bool new_cut =
           std::any_of(cuts.begin(), cuts.end(), [](const CutEvent& e) { return e.first; });
-      if (new_cut || IsSnapshot(result.frames, frame_count)) recorder->KeepSnapshot();
+      recorder->Add(*frame, *last, session.State(),
+                    new_cut || IsSnapshot(result.frames, frame_count), &results);
       render_ms = Since_ms(render_start);
     }
     results.AddFrame(*last, session.State(), capture_ms, render_ms);

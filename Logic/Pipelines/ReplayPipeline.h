@@ -25,7 +25,8 @@ struct ReplayRequest {
   bool outline = true;  ///< an initial pose that contradicts the organ's outline is moved
   std::optional<int> tetrahedra;
   int threads = 0;
-  bool render = true;
+  /// Report: only the pictures of report.html, a handful. Video: overlay.mp4 too.
+  enum class Drawing { None, Report, Video } drawing = Drawing::Video;
   std::set<std::string>
       given;  ///< options of the method that the user gave: they win over the study's suggestions
   MethodOptions method;

@@ -33,9 +33,8 @@ ReplayResult ReplaySession(const ReplayRequest& request, Progress& progress) {
                  {"baseline", KERF_BASELINE},
                  {"session", fs::path(recorded.root).filename().string()},
                  {"notice", "research use, not a medical device"}});
-  std::unique_ptr<OverlayRecorder> overlay;
-  if (request.render)
-    overlay = OverlayRecorder::Make(request.results, run.Camera(), run.FramesPerSecond(), progress);
+  const std::unique_ptr<OverlayRecorder> overlay =
+      OverlayRecorder::Make(request, run.Camera(), run.FramesPerSecond(), progress);
   ReplayResult result;
   std::optional<SessionFrame> last;
   std::vector<double> totals;
@@ -47,10 +46,9 @@ ReplayResult ReplaySession(const ReplayRequest& request, Progress& progress) {
   while (const auto step = run.Next()) {
     progress.ThrowIfCancelled();
     last = step->report;
-    if (overlay) {
-      overlay->Add(step->frame, *last, run.State(), &results);
-      if (result.frames % std::max(1, run.FrameCount() / 3) == 0) overlay->KeepSnapshot();
-    }
+    if (overlay)
+      overlay->Add(step->frame, *last, run.State(),
+                   result.frames % std::max(1, run.FrameCount() / 3) == 0, &results);
     results.AddFrame(*last, run.State(), 0.0, 0.0);
     totals.push_back(last->times.Sum());
     ++result.frames;

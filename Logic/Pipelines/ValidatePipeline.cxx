@@ -4,14 +4,19 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
+#include "Adapters/Rendering/VirtualDisplay.h"
 #include "CaseIO/AtomicFile.h"
 #include "CaseIO/StudyFolder.h"
 #include "Core/Errors.h"
 #include "Pipelines/EvaluatePipeline.h"
 #include "Pipelines/ReportPage.h"
+#include "Pipelines/SideBySide.h"
+#include "Pipelines/ValidationPictures.h"
 #include "Pipelines/ValidationTables.h"
 
 namespace fs = std::filesystem;
@@ -42,9 +47,11 @@ ReplayRequest RequestOf(const ValidateRequest& all, const Study& study,
   request.study = study.root;
   request.results = results;
   request.threads = all.threads;
-  request.render = all.render;
+  request.drawing = all.drawing;
+  request.outline = all.outline;
   request.method = variant.method == Method::Reference ? ReferenceOptions() : MethodOptions();
   request.method.cutting = variant.cutting;
+  if (!all.grips) request.method.grips = false;
   if (variant.perfect_tracks) request.tracks = study.features_2d;
   if (!planned.empty())
     request.case_folder = planned;
@@ -114,8 +121,18 @@ Plot ErrorPlot(const std::vector<ValidationRun>& runs, const std::string& study,
   return plot;
 }
 
-void WritePages(const std::string& output, const std::vector<Study>& studies,
-                const std::vector<ValidationRun>& runs) {
+/// A run and what the pages show of it.
+struct Shown {
+  ValidationRun run;
+  std::vector<std::pair<Image, std::string>> pictures;
+};
+
+void WritePages(const ValidateRequest& request, int jobs, const std::vector<Study>& studies,
+                const std::vector<std::optional<Shown>>& all) {
+  const std::string& output = request.output;
+  std::vector<ValidationRun> runs;
+  for (const auto& shown : all)
+    if (shown) runs.push_back(shown->run);
   const auto in = [&](const char* name) { return (fs::path(output) / name).string(); };
   std::vector<ValidationTable> tables = DiceTables(runs);
   for (auto& table : DistanceTables(runs)) tables.push_back(std::move(table));
@@ -136,6 +153,12 @@ void WritePages(const std::string& output, const std::vector<Study>& studies,
     page.Table(table.header, table.rows);
     markdown += Markdown(table);
   }
+  if (jobs > 1)
+    page.Paragraph("Times a frame: " + std::to_string(jobs) +
+                   " studies ran beside each other, alone they take less (--jobs 1).");
+  page.Heading("The last frames");
+  for (const auto& shown : all)
+    if (shown && !shown->pictures.empty()) page.Pictures(shown->pictures);
   page.Heading("Errors over time");
   for (const auto& study : studies) {
     page.Figure(ErrorPlot(runs, study.name, "feature_mean", "mean feature error"));
@@ -162,7 +185,7 @@ void WritePages(const std::string& output, const std::vector<Study>& studies,
     json.push_back(std::move(entry));
   }
   AtomicFile file(in("validation.json"));
-  file.Stream() << nlohmann::ordered_json({{"runs", json}}).dump(1) << '\n';
+  file.Stream() << nlohmann::ordered_json({{"jobs", jobs}, {"runs", json}}).dump(1) << '\n';
   file.Commit();
 }
 
@@ -175,24 +198,39 @@ std::string ValidationVariant::Name() const {
 
 std::vector<ValidationRun> Validate(const ValidateRequest& request, Progress& progress) {
   const std::vector<Study> studies = OpenStudies(request);
-  std::vector<ValidationRun> runs;
-  const double total = static_cast<double>(studies.size() * request.variants.size());
-  for (const auto& study : studies) {
+  const int count = static_cast<int>(studies.size()),
+            variants = static_cast<int>(request.variants.size());
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int jobs = std::min(count, request.jobs > 0 ? request.jobs : cores);
+  // Asked before there are threads: it may set DISPLAY.
+  if (request.drawing != ReplayRequest::Drawing::None) RenderingAvailable();
+  std::vector<std::optional<Shown>> all(std::size_t(count) * variants);
+  std::mutex pages;
+  const auto study_job = [&](int s, Progress& share) {
+    const Study& study = studies[s];
     std::string planned;  // the first run plans, the others use its case
-    for (const auto& variant : request.variants) {
-      progress.ThrowIfCancelled();
-      ValidationRun run;
+    for (int v = 0; v < variants; ++v) {
+      share.ThrowIfCancelled();
+      Shown shown;
+      ValidationRun& run = shown.run;
       run.study = study.name;
-      run.variant = variant;
-      run.results = (fs::path(request.output) / study.name / variant.Name()).string();
-      SubProgress part(progress, runs.size() / total, (runs.size() + 1) / total);
-      RunOne(RequestOf(request, study, variant, run.results, planned), &run, part);
+      run.variant = request.variants[v];
+      run.results = (fs::path(request.output) / study.name / run.variant.Name()).string();
+      SubProgress part(share, double(v) / variants, double(v + 1) / variants, study.name + ", ");
+      RunOne(RequestOf(request, study, run.variant, run.results, planned), &run, part);
       const std::string own_case = (fs::path(run.results) / "case").string();
       if (planned.empty() && fs::exists(fs::path(own_case) / "case.json")) planned = own_case;
-      runs.push_back(std::move(run));
-      WritePages(request.output, studies, runs);
+      if (request.drawing != ReplayRequest::Drawing::None)
+        shown.pictures = PicturesOf(run, study.root);
+      run.replay.report.reset();  // its pictures are in its own report.html
+      const std::lock_guard lock(pages);
+      all[std::size_t(s) * variants + v] = std::move(shown);
+      WritePages(request, jobs, studies, all);
     }
-  }
+  };
+  RunSideBySide(count, jobs, study_job, progress);
+  std::vector<ValidationRun> runs;
+  for (auto& shown : all) runs.push_back(std::move(shown->run));
   return runs;
 }
 

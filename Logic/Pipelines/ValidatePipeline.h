@@ -23,8 +23,12 @@ struct ValidateRequest {
   std::string output;                ///< OUTPUT/<study>/<variant>/ are results folders
   std::vector<ValidationVariant> variants;
   std::optional<int> tetrahedra;
-  int threads = 0;
-  bool render = false;
+  int threads = 0;  ///< of each run
+  /// Studies that run beside each other; 0: one a core. Figures do not depend on it, times a frame
+  /// do.
+  int jobs = 0;
+  ReplayRequest::Drawing drawing = ReplayRequest::Drawing::Report;
+  bool grips = true, outline = true;  ///< as of ReplayRequest
 };
 
 /// What became of one run.
@@ -38,8 +42,8 @@ struct ValidationRun {
 };
 
 /// Replay and evaluation of every study in every variant; a run that fails is kept as such and the
-/// others go on. A study is planned once. Writes OUTPUT/validation.html, validation.md and
-/// validation.json.
+/// others go on. A study is planned once. Writes OUTPUT/validation.html (tables, overlays, meshes
+/// coloured by their error), validation.md and validation.json, anew after every run.
 /// @throws InputError, UsageError before anything runs: a study without truth, two of the same
 /// name; Cancelled
 std::vector<ValidationRun> Validate(const ValidateRequest& request, Progress& progress);

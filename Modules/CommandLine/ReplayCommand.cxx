@@ -36,7 +36,7 @@ void BuildRequest(const CLI::App& command, const CommandContext& context, Replay
   r.method.cutting = a->cutting == "on";
   if (a->grips == "off") r.method.grips = false;
   r.outline = a->outline == "on";
-  r.render = a->render == "on";
+  if (a->render == "off") r.drawing = ReplayRequest::Drawing::None;
   r.threads = context.threads;
   r.labels = a->labels == "given"     ? ReplayRequest::Labels::Given
              : a->labels == "segment" ? ReplayRequest::Labels::Segment

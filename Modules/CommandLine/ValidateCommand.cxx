@@ -9,7 +9,8 @@ namespace {
 
 struct ValidateArguments {
   ValidateRequest request;
-  std::string method = "kerf", cutting = "both", input = "video", render = "off";
+  std::string method = "kerf", cutting = "both", input = "video", render = "off", grips = "on",
+              outline = "on";
   int tetrahedra = 0;
 };
 
@@ -29,7 +30,9 @@ std::vector<ValidationVariant> VariantsOf(const ValidateArguments& a) {
 void Run(const CLI::App& command, CommandContext& context, ValidateArguments& a) {
   context.progress = MakeShellProgress(context.quiet);
   a.request.variants = VariantsOf(a);
-  a.request.render = a.render == "on";
+  if (a.render == "on") a.request.drawing = ReplayRequest::Drawing::Video;
+  a.request.grips = a.grips == "on";
+  a.request.outline = a.outline == "on";
   a.request.threads = context.threads;
   if (command.count("--tetrahedra") > 0) a.request.tetrahedra = a.tetrahedra;
   const auto runs = Validate(a.request, *context.progress);
@@ -71,7 +74,18 @@ void AddValidateCommand(CLI::App& app, CommandContext& context) {
       ->capture_default_str();
   c->add_option("--tetrahedra", a->tetrahedra, "size of the organ meshes")
       ->check(CLI::Range(200, 1000000));
-  c->add_option("--threads", context.threads, "threads (0: all cores)")->check(CLI::Range(0, 1024));
+  c->add_option("--jobs", a->request.jobs,
+                "studies that run beside each other (0: one a core; 1: for times a frame)")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  c->add_option("--threads", context.threads, "threads of each run (0: all cores)")
+      ->check(CLI::Range(0, 1024));
+  c->add_option("--grips", a->grips, "take depth from inferred grips (kerf method)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+  c->add_option("--outline", a->outline, "move an initial pose that contradicts the outline")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   c->add_option("--render", a->render, "write overlay.mp4 of every run")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();

@@ -72,7 +72,7 @@ class ReplayVideo : public ::testing::Test {
     request.study = folder_ / "study";
     request.results = folder_ / "results";
     request.tetrahedra = 300;
-    request.render = false;
+    request.drawing = ReplayRequest::Drawing::None;
     request.method.wanted_features = 60;
     Progress silent;
     return Replay(request, silent);

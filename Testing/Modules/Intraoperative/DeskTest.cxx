@@ -182,7 +182,7 @@ TEST(Desk, ThePlanIsHeldAgainstTheCutLiveAndInThePlayback) {
   ReplayRequest again;
   again.study = session;
   again.results = phantom.Folder() + "/replayed";
-  again.render = false;
+  again.drawing = ReplayRequest::Drawing::None;
   Progress silent;
   Replay(again, silent);
   EXPECT_EQ(CutsOf(again.results), CutsOf(session));

@@ -74,7 +74,7 @@ class WrongPose : public ::testing::Test {
     request.study = root_ / "study";
     request.results = root_ / (outline ? "on" : "off");
     request.case_folder = case_;
-    request.render = false;
+    request.drawing = ReplayRequest::Drawing::None;
     request.outline = outline;
     Progress silent;
     Replay(request, silent);
