@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "Adapters/Itk/DicomGaps.h"
 #include "Adapters/Itk/DicomHeaders.h"
 #include "Adapters/Itk/Intensities.h"
 #include "Core/Errors.h"
@@ -124,15 +125,15 @@ std::string SeriesTable(const std::vector<DicomSeries>& all) {
   return text;
 }
 
-DicomSeries Choose(const std::string& folder, std::vector<DicomSeries> all,
+DicomSeries Choose(const std::string& folder, const std::vector<DicomSeries>& all,
                    const std::string& wanted, Progress& progress) {
   if (!wanted.empty()) {
-    for (DicomSeries& series : all)
-      if (series.name == wanted) return std::move(series);
+    for (const DicomSeries& series : all)
+      if (series.name == wanted) return series;
     throw UsageError("no series '" + wanted + "' in " + folder + "; there are:" + SeriesTable(all));
   }
-  std::vector<DicomSeries*> volumes;
-  for (DicomSeries& series : all)
+  std::vector<const DicomSeries*> volumes;
+  for (const DicomSeries& series : all)
     if (static_cast<int>(series.slices.size()) >= kFewestSlices) volumes.push_back(&series);
   if (volumes.size() > 1)
     throw InputError(folder, "SeriesInstanceUID (0020,000e)",
@@ -146,7 +147,7 @@ DicomSeries Choose(const std::string& folder, std::vector<DicomSeries> all,
   for (const DicomSeries& series : all)
     if (&series != volumes.front())
       progress.Warn(folder + ": left out " + Describe(InfoOf(series)));
-  return std::move(*volumes.front());
+  return *volumes.front();
 }
 
 }  // namespace
@@ -160,14 +161,14 @@ std::vector<SeriesInfo> ListSeries(const std::string& folder, Progress& progress
 
 Volume ReadDicomFolder(const std::string& folder, const std::string& wanted, Progress& progress) {
   SubProgress scanning(progress, 0, 0.3);
-  std::vector<DicomSeries> all = ScanDicomFolder(folder, scanning);
+  const std::vector<DicomSeries> all = ScanDicomFolder(folder, scanning);
   if (wanted.empty()) {
     std::vector<const DicomSlice*> everyone;
     for (const DicomSeries& series : all)
       for (const DicomSlice& slice : series.slices) everyone.push_back(&slice);
     CheckOnePatient(everyone);
   }
-  DicomSeries series = Choose(folder, std::move(all), wanted, progress);
+  DicomSeries series = Choose(folder, all, wanted, progress);
   std::vector<const DicomSlice*> chosen;
   for (const DicomSlice& slice : series.slices) chosen.push_back(&slice);
   CheckOnePatient(chosen);
@@ -176,6 +177,7 @@ Volume ReadDicomFolder(const std::string& folder, const std::string& wanted, Pro
     throw InputError(series.slices.front().path, "series " + series.name,
                      fmt::format("{} slice(s) make no volume", series.slices.size()));
   const double step = CheckStack(series, progress);
+  WarnOfMissingSlices(series, all, progress);
 
   const DicomSlice& first = series.slices.front();
   if (!first.modality.empty() && first.modality != "CT")

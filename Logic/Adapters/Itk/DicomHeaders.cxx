@@ -4,6 +4,7 @@
 #include <gdcmReader.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -62,6 +63,15 @@ int Unsigned(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t eleme
   return value;
 }
 
+/// Integer string. Nothing where it is absent or no number: no voxel's place hangs on those.
+std::optional<int> Integer(const gdcm::DataSet& data, std::uint16_t group, std::uint16_t element) {
+  const std::string text = Text(data, group, element);
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
 /// Names come padded and with empty components at the end: those do not make another patient.
 std::string NormalizedName(std::string name) {
   for (char& c : name) c = c == '^' ? ' ' : static_cast<char>(std::toupper(c));
@@ -111,6 +121,10 @@ std::optional<DicomSlice> ReadHeader(const std::string& path) {
   slice.frame_uid = Text(data, 0x0020, 0x0052);
   slice.description = Text(data, 0x0008, 0x103e);
   slice.series_number = Text(data, 0x0020, 0x0011);
+  slice.number = Integer(data, 0x0020, 0x0013);
+  slice.acquisition = Text(data, 0x0020, 0x0012);
+  slice.images_in_acquisition = Integer(data, 0x0020, 0x1002).value_or(0);
+  slice.images_in_series = Integer(data, 0x0020, 0x1209).value_or(0);
   slice.modality = Text(data, 0x0008, 0x0060);
   slice.image_type = Text(data, 0x0008, 0x0008);
   slice.laterality = LateralityInWords(Text(data, 0x0020, 0x0060));

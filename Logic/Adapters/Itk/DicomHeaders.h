@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct DicomSlice {
   std::string series_uid, sop_uid, study_uid, frame_uid, description, modality, image_type;
   std::string photometric;                                ///< MONOCHROME2 is what is read
   std::string series_number, patient, laterality, phase;  ///< the last three: SeriesInfo
+  std::optional<int> number;                              ///< InstanceNumber
+  std::string acquisition;                                ///< AcquisitionNumber
+  int images_in_acquisition = 0, images_in_series = 0;    ///< as stated; 0 where absent
   int rows = 0, columns = 0, samples = 1, frames = 1, bits = 16;
   bool has_position = false, has_orientation = false, has_spacing = false;
   Vec3 position_mm = Vec3::Zero();

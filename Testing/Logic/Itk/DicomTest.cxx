@@ -197,6 +197,127 @@ TEST_F(DicomTest, RefusesTwoVolumesInOneSeriesAndDropsCopies) {
   EXPECT_TRUE(Says(Error(), "same place"));
 }
 
+/// Five slices that are numbered and counted as a scanner does it: 1 to 5 downwards.
+class DicomGapsTest : public DicomTest {
+ protected:
+  static constexpr std::uint32_t kNumber = 0x00200013, kAcquisition = 0x00200012,
+                                 kInAcquisition = 0x00201002, kInSeries = 0x00201209;
+  static DicomFile Numbered(int n, int number) {
+    DicomFile file = Slice(n);
+    file.Text(kNumber, "IS", std::to_string(number));
+    return file;
+  }
+  void WriteNumbered(int first = 1, int step = 1) {
+    for (int n = 0; n < 5; ++n) Numbered(n, first + step * (4 - n)).Write(File(n));
+  }
+  /// What is said when the folder is read.
+  const std::vector<std::string>& Warnings() {
+    heard_.warnings.clear();
+    EXPECT_EQ(Read().grid.size[2], 5 - removed_);
+    return heard_.warnings;
+  }
+  void Remove(int n) {
+    std::filesystem::remove(File(n));
+    ++removed_;
+  }
+  int removed_ = 0;
+};
+
+TEST_F(DicomGapsTest, AMissingFirstSliceIsSeenFromTheNumbers) {
+  WriteNumbered();
+  EXPECT_TRUE(Warnings().empty()) << Warnings().front();
+  Remove(4);
+  ASSERT_EQ(Warnings().size(), 1u);
+  for (const std::string& part : {File(3), std::string("InstanceNumber (0020,0013) 2")})
+    EXPECT_TRUE(Says(Warnings().front(), part));
+}
+
+TEST_F(DicomGapsTest, ALocalizerOfTheSameSeriesTakesNumbersToo) {
+  WriteNumbered(2);
+  EXPECT_TRUE(Says(Warnings().at(0), "InstanceNumber"));
+  DicomFile scout(16, 16, 0, 9);
+  scout.Text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER");
+  scout.Text(kNumber, "IS", "1");
+  scout.Write(Path("scout"));
+  ASSERT_EQ(Warnings().size(), 1u);
+  EXPECT_TRUE(Says(Warnings().front(), "left out"));
+  // That of another series does not.
+  scout.Text(0x0020000e, "UI", "1.2.3.5");
+  scout.Write(Path("scout"));
+  EXPECT_EQ(Warnings().size(), 2u);
+  EXPECT_TRUE(heard_.Heard("InstanceNumber"));
+}
+
+TEST_F(DicomGapsTest, AMissingLastSliceIsSeenFromTheCounts) {
+  const std::pair<std::uint32_t, const char*> counts[] = {
+      {kInAcquisition, "ImagesInAcquisition (0020,1002) tells of 5 images, 4 are here"},
+      {kInSeries, "NumberOfSeriesRelatedInstances (0020,1209) tells of 5 images, 4 are here"}};
+  for (const auto& [tag, says] : counts) {
+    removed_ = 0;
+    for (int n = 0; n < 5; ++n) {
+      DicomFile file = Numbered(n, 5 - n);
+      file.Text(tag, "IS", "5");
+      file.Write(File(n));
+    }
+    EXPECT_TRUE(Warnings().empty()) << Warnings().front();
+    Remove(0);
+    ASSERT_EQ(Warnings().size(), 1u) << says;
+    EXPECT_TRUE(Says(Warnings().front(), says));
+    EXPECT_TRUE(Says(Warnings().front(), File(1)));
+    // A copy of a slice does not stand for the one that is missing.
+    std::filesystem::copy(File(1), Path("copy"));
+    Warnings();
+    EXPECT_TRUE(heard_.Heard(says));
+    std::filesystem::remove(Path("copy"));
+  }
+}
+
+TEST_F(DicomGapsTest, CountsOfAnAcquisitionMayCoverSeveralSeriesOrAPartOfOne) {
+  const auto write = [&](int n, const std::string& acquisition, const std::string& count) {
+    DicomFile file = Numbered(n, 5 - n);
+    file.Text(kAcquisition, "IS", acquisition);
+    file.Text(kInAcquisition, "IS", count);
+    file.Write(File(n));
+  };
+  // Step and shoot: two acquisitions make one series.
+  for (int n = 0; n < 5; ++n) write(n, n < 2 ? "1" : "2", n < 2 ? "2" : "3");
+  EXPECT_TRUE(Warnings().empty()) << Warnings().front();
+  for (int n = 2; n < 5; ++n) write(n, "2", "4");
+  ASSERT_EQ(Warnings().size(), 1u);
+  EXPECT_TRUE(Says(Warnings().front(), "tells of 4 images, 3 are here"));
+  // The fourth one is another reconstruction.
+  DicomFile other = Numbered(0, 1);
+  other.Text(kAcquisition, "IS", "2");
+  other.Text(0x0020000e, "UI", "1.2.3.5");
+  other.Text(0x00080018, "UI", "1.2.3.5.1");
+  other.Write(Path("other"));
+  ASSERT_EQ(Warnings().size(), 1u);
+  EXPECT_TRUE(Says(Warnings().front(), "left out"));
+}
+
+TEST_F(DicomGapsTest, EverySecondSliceIsSeenFromTheNumbers) {
+  WriteNumbered(1, 2);
+  ASSERT_EQ(Warnings().size(), 1u);
+  EXPECT_TRUE(Says(Warnings().front(), "goes on in steps of 2"));
+}
+
+TEST_F(DicomGapsTest, NumbersThatTellNothingAreNotWarnedOf) {
+  WriteNumbered(0);
+  EXPECT_TRUE(Warnings().empty()) << "some scanners begin at 0";
+  for (const char* number : {"", "a", "99999999999"}) {
+    DicomFile file = Slice(1);
+    file.Text(kNumber, "IS", number);
+    file.Write(File(1));
+    EXPECT_TRUE(Warnings().empty()) << number << ": " << Warnings().front();
+  }
+  for (int n = 0; n < 5; ++n) {
+    DicomFile file = Numbered(n, 5 - n);
+    file.Text(kInAcquisition, "IS", "1");  // fewer than there are: counted in another way
+    file.Write(File(n));
+  }
+  EXPECT_TRUE(Warnings().empty()) << Warnings().front();
+}
+
 TEST(DicomData, ReadsARealSeriesWithoutUids) {
   const std::string folder = testing::DataFolder() + "/ct-dicom";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder;
@@ -206,6 +327,9 @@ TEST(DicomData, ReadsARealSeriesWithoutUids) {
   EXPECT_NEAR(volume.grid.spacing_mm[2], 2, 1e-6);
   EXPECT_TRUE(heard.Heard("UIDs are missing"));
   EXPECT_TRUE(heard.Heard("slice thickness 3.00 mm"));
+  // Twenty slices out of a longer scan, numbered 267 to 286.
+  EXPECT_TRUE(heard.Heard("InstanceNumber (0020,0013) 267 is the lowest"));
+  EXPECT_EQ(heard.warnings.size(), 3u);
 }
 
 }  // namespace
