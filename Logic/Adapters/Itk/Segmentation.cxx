@@ -5,89 +5,18 @@
 #include "Adapters/Itk/InnerStructures.h"
 #include "Adapters/Itk/OrganRegion.h"
 #include "Adapters/Itk/OrganSearch.h"
-#include "Adapters/Itk/Statistics.h"
+#include "Adapters/Itk/SegmentationCheck.h"
 #include "Adapters/Itk/WorkingGrid.h"
 #include "Core/Errors.h"
 
 namespace kerf {
 namespace {
 
-/// An organ touches neighbours that are as bright with less of its surface than this.
-constexpr double kOpenSurface = 0.1;
-
 std::vector<Vec3> PointsOf(const std::vector<Seed>& seeds, SeedKind kind) {
   std::vector<Vec3> points;
   for (const Seed& seed : seeds)
     if (seed.kind == kind) points.push_back(seed.position_mm);
   return points;
-}
-
-bool TouchesBorder(const Mask& organ, const GridGeometry& ct) {
-  const Vec3 first = ct.IndexFromWorld(organ.grid.origin_mm);
-  std::size_t at = 0;
-  for (int k = 0; k < organ.grid.size[2]; ++k)
-    for (int j = 0; j < organ.grid.size[1]; ++j)
-      for (int i = 0; i < organ.grid.size[0]; ++i, ++at) {
-        if (!organ.values[at]) continue;
-        const Eigen::Vector3i voxel(int(std::lround(first[0])) + i, int(std::lround(first[1])) + j,
-                                    int(std::lround(first[2])) + k);
-        if (voxel.minCoeff() <= 0 || (ct.size - voxel).minCoeff() <= 1) return true;
-      }
-  return false;
-}
-
-/// The checks that a person would make, in numbers and sentences.
-void Check(const Volume& ct, const OrganKnowledge& knowledge, const OrganRegion& region,
-           const InnerStructures& inner, SegmentationReport* report) {
-  const Mask& organ = region.mask;
-  report->preset = knowledge.name;
-  report->organ_ml = Volume_ml(organ);
-  report->tumour_ml = Volume_ml(inner.tumour);
-  report->internal_ml = Volume_ml(inner.internal);
-  std::vector<float> parenchyma;
-  const Vec3 first = ct.grid.IndexFromWorld(organ.grid.origin_mm);
-  std::size_t at = 0;
-  for (int k = 0; k < organ.grid.size[2]; ++k)
-    for (int j = 0; j < organ.grid.size[1]; ++j)
-      for (int i = 0; i < organ.grid.size[0]; ++i, ++at)
-        if (organ.values[at] && !inner.tumour.values[at] && !inner.internal.values[at])
-          parenchyma.push_back((*ct.voxels)[ct.grid.Offset(int(std::lround(first[0])) + i,
-                                                           int(std::lround(first[1])) + j,
-                                                           int(std::lround(first[2])) + k)]);
-  report->organ_mean_hu = parenchyma.empty() ? region.tissue.mean_hu : Median(parenchyma);
-  report->organ_sd_hu = parenchyma.empty() ? 0 : Spread(parenchyma, report->organ_mean_hu);
-  std::vector<std::size_t> sizes;
-  Components(organ, &sizes);
-  report->components = static_cast<int>(sizes.size());
-  FillHoles(organ, &report->holes);
-  report->touches_border = TouchesBorder(organ, ct.grid);
-  report->open_surface = OpenShare(organ, region.alike);
-
-  auto& warnings = report->warnings;
-  if (report->organ_ml < knowledge.volume_ml[0] || report->organ_ml > knowledge.volume_ml[1]) {
-    report->plausible = false;
-    warnings.push_back(fmt::format(
-        "the {} that was found has {:.0f} ml, plausible are {:.0f} to {:.0f} ml: {}",
-        knowledge.name, report->organ_ml, knowledge.volume_ml[0], knowledge.volume_ml[1],
-        report->organ_ml > knowledge.volume_ml[1]
-            ? "it may have leaked into a neighbour; add background seeds"
-            : "part of it may be missing; add organ seeds"));
-  }
-  if (report->open_surface > kOpenSurface)
-    warnings.push_back(fmt::format(
-        "outside {:.0f} % of the {}'s surface lies tissue of its own brightness, so that no edge "
-        "ends "
-        "it there: look whether a part is missing (add organ seeds) or a neighbour is as bright",
-        100 * report->open_surface, knowledge.name));
-  if (report->touches_border)
-    warnings.push_back("the organ reaches the volume's border: it is cut off there");
-  if (report->components != 1)
-    warnings.push_back(fmt::format("the organ has {} pieces", report->components));
-  if (report->holes != 0) warnings.push_back(fmt::format("the organ has {} holes", report->holes));
-  if (report->tumour_ml + report->internal_ml > 0.6 * report->organ_ml) {
-    report->plausible = false;
-    warnings.push_back("tumour and inner structures fill more than half of the organ");
-  }
 }
 
 void SayWhatWasAssumed(const Volume& ct, const FoundOrgan& found, Progress& progress) {
@@ -118,13 +47,15 @@ LabelMap Segment(const Volume& ct, const OrganKnowledge& knowledge,
   InnerStructures inner = FindInnerStructures(
       ct, knowledge, region.tissue, region.drift_hu, PointsOf(request.seeds, SeedKind::Tumour),
       PointsOf(request.seeds, SeedKind::Internal), &region.mask, inner_part);
-  region.mask = FillHoles(LargestComponent(region.mask));
+  const Mask found = region.mask;
+  region.mask = FillHoles(LargestComponent(found));
   for (std::size_t i = 0; i < region.mask.values.size(); ++i)
     if (!region.mask.values[i]) inner.tumour.values[i] = inner.internal.values[i] = 0;
   SegmentationReport own;
   SegmentationReport& filled = report ? *report : own;
   filled = SegmentationReport();
-  Check(ct, knowledge, region, inner, &filled);
+  CheckSegmentation(ct, knowledge, region, inner, &filled);
+  CheckLeftOut(found, region.mask, knowledge, request.seeds, &filled);
   if (filled.tumour_ml > 0 && PointsOf(request.seeds, SeedKind::Tumour).empty())
     filled.warnings.push_back(fmt::format(
         "{:.1f} ml darker than the parenchyma were taken as tumour; check them", filled.tumour_ml));

@@ -28,8 +28,9 @@ struct SegmentationReport {
   double organ_ml = 0;                ///< labels 1 + 2 + 3
   double tumour_ml = 0, internal_ml = 0;
   double organ_mean_hu = 0, organ_sd_hu = 0;  ///< of the parenchyma
-  int components = 0;  ///< of labels 1 + 2 + 3, 1 when all is well (a separate tumour seed may add)
-  int holes = 0;       ///< enclosed background components left, 0 when all is well
+  int components = 0;                         ///< of labels 1 + 2 + 3, 1 when all is well
+  double left_out_ml = 0;                     ///< found, but apart from the organ
+  int holes = 0;  ///< enclosed background components left, 0 when all is well
   /// Share of the surface outside which tissue of the organ's own brightness lies: nothing is seen
   /// that ends the organ there.
   double open_surface = 0;

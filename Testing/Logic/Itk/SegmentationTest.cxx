@@ -122,6 +122,74 @@ TEST(Segmentation, TakesSeedsForTumourAndInnerStructure) {
   EXPECT_FALSE(heard.Heard("taken as tumour"));
 }
 
+/// A dark ball of 6 mm beside the organ, 4.5 mm off its surface, that a person calls the tumour.
+TEST(Segmentation, SaysThatAPieceWasLeftOut) {
+  Phantom p = MakePhantom();
+  const Vec3 apart(-20, 38, 0);
+  auto voxels = std::make_shared<std::vector<std::int16_t>>(*p.ct.voxels);
+  for (std::size_t at = 0; at < voxels->size(); ++at) {
+    const auto& s = p.ct.grid.size;
+    const Vec3 index(double(at % s[0]), double(at / s[0] % s[1]), double(at / (s[0] * s[1])));
+    const Vec3 local =
+        p.ct.grid.direction.transpose() * (p.ct.grid.WorldFromIndex(index) - p.center);
+    if ((local - apart).norm() < 6) (*voxels)[at] = 60;
+  }
+  p.ct.voxels = voxels;
+  SegmentationRequest request;
+  request.preset = OrganPreset::Kidney;
+  request.seeds = {{SeedKind::Organ, p.center + p.ct.grid.direction * Vec3(-30, 0, 0), "organ"},
+                   {SeedKind::Tumour, p.center + p.ct.grid.direction * apart, "tumour"}};
+  Listener heard;
+  SegmentationReport report;
+  SegmentCt(p.ct, request, heard, &report);
+  EXPECT_EQ(report.tumour_ml, 0);
+  EXPECT_EQ(report.components, 1);
+  EXPECT_NEAR(report.left_out_ml, 0.9, 0.3);
+  EXPECT_TRUE(heard.Heard("phantom: the seed tumour lies outside the organ that was found"));
+  EXPECT_TRUE(heard.Heard("ml that do not touch the organ were left out"));
+  EXPECT_FALSE(heard.Heard("the seed organ"));
+}
+
+/// The same organ with half and with 1.75 times the lengths: 20 and 880 ml.
+TEST(Segmentation, SaysThatAVolumeIsImplausible) {
+  for (const double scale : {0.5, 1.0, 1.75}) {
+    Phantom p = MakePhantom();
+    p.ct.grid.spacing_mm *= scale;
+    SegmentationRequest request;
+    request.preset = OrganPreset::Kidney;
+    request.seeds = {{SeedKind::Organ,
+                      p.ct.grid.WorldFromIndex(p.ct.grid.size.cast<double>() / 2) -
+                          scale * p.ct.grid.direction * Vec3(30, 0, 0),
+                      "organ"}};
+    Listener heard;
+    SegmentationReport report;
+    SegmentCt(p.ct, request, heard, &report);
+    EXPECT_EQ(report.plausible, scale == 1) << scale << ": " << report.organ_ml << " ml";
+    EXPECT_EQ(heard.Heard("phantom: the kidney that was found has"), scale != 1) << scale;
+    EXPECT_EQ(heard.Heard("part of it may be missing"), scale < 1) << scale;
+    EXPECT_EQ(heard.Heard("it may have leaked"), scale > 1) << scale;
+  }
+}
+
+TEST(Segmentation, SaysThatTheOrganIsCutOff) {
+  Phantom p = MakePhantom();
+  const auto& grid = p.ct.grid;
+  Volume cut = p.ct;  // without the slices of its upper third
+  cut.grid.size[2] = 35;
+  cut.voxels = std::make_shared<std::vector<std::int16_t>>(
+      p.ct.voxels->begin(), p.ct.voxels->begin() + grid.Offset(0, 0, 35));
+  SegmentationRequest request;
+  request.preset = OrganPreset::Kidney;
+  request.seeds = {{SeedKind::Organ, p.center + grid.direction * Vec3(-30, 0, 0), "organ"}};
+  for (const bool is_cut : {false, true}) {
+    Listener heard;
+    SegmentationReport report;
+    SegmentCt(is_cut ? cut : p.ct, request, heard, &report);
+    EXPECT_EQ(report.touches_border, is_cut);
+    EXPECT_EQ(heard.Heard("reaches the volume's border"), is_cut);
+  }
+}
+
 TEST(Segmentation, RefusesSeedsThatCannotBeMeant) {
   const Phantom p = MakePhantom();
   Progress silent;
