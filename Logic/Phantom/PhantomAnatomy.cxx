@@ -208,6 +208,7 @@ SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& moti
 
 Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, double depth_mm) {
   if (depth_mm <= 0.0) return Points(0, 3);
+  if (!setup.is_kidney) depth_mm = std::min(depth_mm, setup.band_size_mm.y());
   const int count = 1 + static_cast<int>(std::ceil(depth_mm / 0.75));
   Points line(count, 3);
   for (int i = 0; i < count; ++i) {
@@ -217,6 +218,7 @@ Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, double de
     if (setup.is_kidney) {
       double outside = 40.0, inside = -40.0;  // the highest crossing: start from above
       while (outside > -40.0 && KidneyOrgan({x, y, outside}) > 0.0) outside -= 0.05;
+      if (outside <= -40.0) return line.topRows(i).eval();  // beyond the organ
       inside = outside;
       outside += 0.05;
       for (int step = 0; step < 30; ++step) {

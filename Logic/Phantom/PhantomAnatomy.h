@@ -38,8 +38,8 @@ SurfaceMesh StructureAtFrame(const SurfaceMesh& rest, const PhantomMotion& motio
 SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& motion, double frame,
                         std::vector<float>* depth_mm);
 
-/// The cut line at rest on the camera side of the organ, from the entry edge to `depth_mm`, about
-/// every 0.75 mm.
+/// The cut line at rest on the camera side of the organ, from the entry edge to `depth_mm` or
+/// to the far edge, about every 0.75 mm.
 Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, double depth_mm);
 
 /// `points` (organ axes) in patient LPS.

@@ -55,14 +55,15 @@ void SetUpKidney(PhantomSetup* setup) {
   motion.sheet_x_mm = 2.0;
   motion.grip_reach_mm = 30.0;
   motion.contraction_y_mm = 6.0;
-  if (setup->scenario == PhantomScenario::KidneyCut) {
+  if (setup->scenario != PhantomScenario::KidneyNoCut) {
     motion.has_cut = true;
-    motion.sheet_bend_per_mm = 0.003;
-    motion.final_depth_mm = 30.0;
+    motion.complete = setup->scenario == PhantomScenario::KidneyThrough;
+    motion.sheet_bend_per_mm = setup->scenario == PhantomScenario::KidneyCurved ? 0.015 : 0.003;
+    motion.final_depth_mm = motion.complete ? 70.0 : 30.0;
     motion.start_frame = 77.0;
     motion.end_frame = 118.0;
     motion.preload_strain = 0.12;
-    motion.final_strain = 0.32;
+    motion.final_strain = motion.complete ? 0.25 : 0.32;
     motion.bow_mm = 2.5;
     setup->has_tool = true;
   } else {
@@ -87,14 +88,15 @@ void SetUpBand(PhantomSetup* setup) {
       CameraFromOrgan(Vec3::Zero(), 400.0, Vec3(2.0, 1.5, 1.0)) * setup->world_from_organ.inverse();
   PhantomMotionParameters& motion = setup->motion;
   motion.entry_y_mm = -0.5 * setup->band_size_mm.y();
-  if (setup->scenario == PhantomScenario::BandCut) {
+  if (setup->scenario != PhantomScenario::BandStretch) {
     motion.has_cut = true;
+    motion.complete = setup->scenario == PhantomScenario::BandThrough;
     motion.sheet_x_mm = -20.0;
-    motion.final_depth_mm = 18.0;
+    motion.final_depth_mm = motion.complete ? 44.0 : 18.0;
     motion.start_frame = 77.0;
     motion.end_frame = 118.0;
     motion.preload_strain = 0.25;
-    motion.final_strain = 0.45;
+    motion.final_strain = motion.complete ? 0.35 : 0.45;
     motion.contraction_y_mm = 6.0;
   } else {
     motion.preload_strain = 0.40;
@@ -105,21 +107,28 @@ void SetUpBand(PhantomSetup* setup) {
 }  // namespace
 
 PhantomScenario ParsePhantomScenario(const std::string& name) {
-  for (auto s : {PhantomScenario::KidneyCut, PhantomScenario::KidneyNoCut, PhantomScenario::BandCut,
-                 PhantomScenario::BandStretch})
+  std::string known;
+  for (const auto s : kPhantomScenarios) {
     if (name == ToString(s)) return s;
-  throw UsageError("unknown scenario '" + name +
-                   "': kidney-cut, kidney-nocut, band-cut or band-stretch");
+    known += std::string(known.empty() ? "" : ", ") + ToString(s);
+  }
+  throw UsageError("unknown scenario '" + name + "', known are " + known);
 }
 
 const char* ToString(PhantomScenario scenario) {
   switch (scenario) {
     case PhantomScenario::KidneyCut:
       return "kidney-cut";
+    case PhantomScenario::KidneyCurved:
+      return "kidney-curved";
+    case PhantomScenario::KidneyThrough:
+      return "kidney-through";
     case PhantomScenario::KidneyNoCut:
       return "kidney-nocut";
     case PhantomScenario::BandCut:
       return "band-cut";
+    case PhantomScenario::BandThrough:
+      return "band-through";
     case PhantomScenario::BandStretch:
       return "band-stretch";
   }
@@ -130,7 +139,7 @@ PhantomSetup MakePhantomSetup(PhantomScenario scenario, std::uint32_t seed) {
   PhantomSetup setup;
   setup.scenario = scenario;
   setup.seed = seed;
-  if (scenario == PhantomScenario::KidneyCut || scenario == PhantomScenario::KidneyNoCut) {
+  if (std::string(ToString(scenario)).rfind("kidney", 0) == 0) {
     SetUpKidney(&setup);
     setup.motion.entry_y_mm = KidneyEntryY_mm(setup.motion.sheet_x_mm);
   } else {

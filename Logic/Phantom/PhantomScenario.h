@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -8,9 +9,21 @@
 
 namespace kerf {
 
-enum class PhantomScenario { KidneyCut, KidneyNoCut, BandCut, BandStretch };
+enum class PhantomScenario {
+  KidneyCut,
+  KidneyCurved,
+  KidneyThrough,
+  KidneyNoCut,
+  BandCut,
+  BandThrough,
+  BandStretch
+};
+inline constexpr std::array kPhantomScenarios{
+    PhantomScenario::KidneyCut,   PhantomScenario::KidneyCurved, PhantomScenario::KidneyThrough,
+    PhantomScenario::KidneyNoCut, PhantomScenario::BandCut,      PhantomScenario::BandThrough,
+    PhantomScenario::BandStretch};
 
-/// "kidney-cut" | "kidney-nocut" | "band-cut" | "band-stretch"; @throws UsageError on anything else
+/// One of the names of ToString; @throws UsageError on anything else
 PhantomScenario ParsePhantomScenario(const std::string& name);
 const char* ToString(PhantomScenario scenario);
 
@@ -21,7 +34,8 @@ struct PhantomMotionParameters {
   double sheet_x_mm = 0.0;         ///< where the sheet meets the long axis at the entry edge
   double sheet_bend_per_mm = 0.0;  ///< the sheet is x = sheet_x + bend · depth²
   double entry_y_mm = 0.0;         ///< the edge where the cut enters (depth 0)
-  double final_depth_mm = 0.0;
+  double final_depth_mm = 0.0;     ///< may lie beyond the far edge
+  bool complete = false;           ///< the cut ends beyond the far edge: two pieces
   double start_frame = 0.0, end_frame = 0.0;  ///< of the growth of the cut
   double load_start_frame = 25.0;             ///< everything is at rest until here
   double preload_end_frame = 72.0, load_end_frame = 142.0;

@@ -47,11 +47,18 @@ std::string Description(PhantomScenario scenario) {
       return "Synthetic kidney with tumour and calyces, cut across the long axis from the convex "
              "border beside the "
              "tumour while being pulled along the long axis; scissors follow the tip of the cut.";
+    case PhantomScenario::KidneyCurved:
+      return "Synthetic kidney as kidney-cut, along a curve that bends by 13 mm towards the "
+             "tumour.";
+    case PhantomScenario::KidneyThrough:
+      return "Synthetic kidney as kidney-cut, cut through from border to border: two pieces.";
     case PhantomScenario::KidneyNoCut:
       return "Synthetic kidney pulled, bent and twisted without a cut: every detected cut is "
              "false.";
     case PhantomScenario::BandCut:
       return "Synthetic band stretched, then cut from one edge while being stretched further.";
+    case PhantomScenario::BandThrough:
+      return "Synthetic band stretched, then cut through from edge to edge: two pieces.";
     case PhantomScenario::BandStretch:
       return "Synthetic band stretched uniformly without a cut: every detected cut is false.";
   }
@@ -142,7 +149,7 @@ void WriteTrueCuts(const std::string& path, const PhantomSetup& setup,
     cut["end_frame"] = m.end_frame;
     cut["enters_at_depth"] = Rounded(m.entry_y_mm, 3);
     cut["units"] = "mm, depth measured along the width axis from the entry edge";
-    cut["complete"] = false;
+    cut["complete"] = m.complete;
     for (int frame = 0; frame < setup.frame_count; ++frame) {
       cut["advance_mm_per_frame"].push_back(Rounded(motion.TipDepth_mm(frame), 3));
       if (!cut.contains("first_frame_opening_over_1mm") && motion.Opening_mm(0.0, frame) > 1.0)

@@ -5,6 +5,16 @@
 
 namespace kerf {
 
+namespace {
+
+std::vector<std::string> Names() {
+  std::vector<std::string> names;
+  for (const auto scenario : kPhantomScenarios) names.push_back(ToString(scenario));
+  return names;
+}
+
+}  // namespace
+
 void AddPhantomCommand(CLI::App& app, CommandContext& context) {
   CLI::App* c = app.add_subcommand("phantom", "a synthetic patient as a study folder with truth");
   struct Arguments {
@@ -12,11 +22,13 @@ void AddPhantomCommand(CLI::App& app, CommandContext& context) {
     PhantomRequest request;
   };
   auto a = std::make_shared<Arguments>();
-  c->add_option("--scenario", a->scenario,
-                "kidney-cut: cut while being pulled; kidney-nocut: pulled, bent and twisted;\n"
-                "band-cut: silicone band, cut from one edge; band-stretch: stretched by 70 %")
+  c->add_option(
+       "--scenario", a->scenario,
+       "kidney-cut: cut while being pulled; -curved: along a curve; -through: into two pieces;\n"
+       "kidney-nocut: pulled, bent and twisted; band-cut: silicone band, cut from one edge;\n"
+       "band-through: into two pieces; band-stretch: stretched by 70 %")
       ->required()
-      ->check(CLI::IsMember({"kidney-cut", "kidney-nocut", "band-cut", "band-stretch"}));
+      ->check(CLI::IsMember(Names()));
   c->add_option("--output", a->request.output,
                 "study folder to be made; an older study there is replaced")
       ->required();

@@ -94,9 +94,7 @@ TEST_P(EveryScenario, IsContinuousAheadOfTheTip) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Phantom, EveryScenario,
-                         ::testing::Values(PhantomScenario::KidneyCut, PhantomScenario::KidneyNoCut,
-                                           PhantomScenario::BandCut, PhantomScenario::BandStretch),
+INSTANTIATE_TEST_SUITE_P(Phantom, EveryScenario, ::testing::ValuesIn(kPhantomScenarios),
                          [](const auto& info) {
                            std::string name = ToString(info.param);
                            name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
@@ -116,6 +114,22 @@ TEST(PhantomMotion, TheCutGrowsAndOpensSoThatOneSeesIt) {
   }
 }
 
+TEST(PhantomMotion, ACompleteCutPartsTheBodyFromEdgeToEdge) {
+  for (auto scenario : {PhantomScenario::KidneyThrough, PhantomScenario::BandThrough}) {
+    const PhantomSetup setup = MakePhantomSetup(scenario, 1);
+    const PhantomMotion motion(setup.motion);
+    const Points line = CutLine(setup, motion, setup.motion.final_depth_mm);
+    const double far = motion.Depth_mm(line.row(line.rows() - 1));
+    EXPECT_LT(far, setup.motion.final_depth_mm) << "the line ends where the body does";
+    EXPECT_GT(far, 29.0);
+    EXPECT_GT(motion.Opening_mm(far, 149), 5.0);
+    for (Index i = 0; i < line.rows(); ++i)
+      if (setup.is_kidney) {
+        EXPECT_NEAR(KidneyOrgan(line.row(i)), 0.0, 0.05);
+      }
+  }
+}
+
 TEST(PhantomMotion, NegativesHaveNoCut) {
   for (auto scenario : {PhantomScenario::KidneyNoCut, PhantomScenario::BandStretch}) {
     const PhantomMotion motion(MakePhantomSetup(scenario, 1).motion);
@@ -132,9 +146,7 @@ TEST(PhantomMotion, BandStretchIsUniform) {
 }
 
 TEST(PhantomScenario, NamesAreReadBack) {
-  for (auto s : {PhantomScenario::KidneyCut, PhantomScenario::KidneyNoCut, PhantomScenario::BandCut,
-                 PhantomScenario::BandStretch})
-    EXPECT_EQ(ParsePhantomScenario(ToString(s)), s);
+  for (auto s : kPhantomScenarios) EXPECT_EQ(ParsePhantomScenario(ToString(s)), s);
   EXPECT_THROW(ParsePhantomScenario("spleen"), UsageError);
 }
 

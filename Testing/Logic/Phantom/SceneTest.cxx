@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "Phantom/PhantomTracks.h"
 #include "Support/TestCameras.h"
 
@@ -109,6 +112,28 @@ TEST_P(Scene, StaysInViewAndMarksInstruments) {
     EXPECT_GT(organ, 15000);
     EXPECT_TRUE(!setup_.has_tool || (hidden > 0) == (frame == 100)) << frame;
   }
+}
+
+TEST_P(Scene, HasHighlightsAndTheNoiseOfASensor) {
+  const PhantomView a = scene_.Render(0, true), b = scene_.Render(1, true);  // both at rest
+  int organ = 0, highlights = 0;
+  double sum = 0, square = 0;
+  for (std::size_t at = 0; at < a.mask.data.size(); ++at) {
+    if (a.mask.data[at] != 255 || b.mask.data[at] != 255) continue;
+    ++organ;
+    const std::uint8_t* pixel = &a.image.data[3 * at];
+    highlights += *std::min_element(pixel, pixel + 3) > 200;
+    const double difference = double(a.image.data[3 * at + 1]) - b.image.data[3 * at + 1];
+    sum += difference;
+    square += difference * difference;
+  }
+  const double mean = sum / organ, noise = std::sqrt((square / organ - mean * mean) / 2);
+  EXPECT_NEAR(mean, 0.0, 0.2);
+  EXPECT_GT(noise, 0.7);
+  EXPECT_LT(noise, 5.0);
+  if (!setup_.is_kidney) return;  // silicone is dull
+  EXPECT_GT(highlights, organ / 2000);
+  EXPECT_LT(highlights, organ / 20);
 }
 
 TEST_P(Scene, FeaturesAreSpreadOverWhatTheCameraSees) {
