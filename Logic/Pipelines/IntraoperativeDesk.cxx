@@ -222,9 +222,9 @@ void IntraoperativeDesk::Accept(const RunOptions& options) {
   method.hold_cuts = options.hold_cuts;
   method.wanted_features = options.wanted_features;
   IntraoperativeWorker::Parts parts;
-  parts.session =
-      std::make_unique<RegistrationSession>(planned_->mesh, planned_->structures, camera_, method,
-                                            MakeFeatureTracker({}), MakeVideoOrganSegmenter());
+  parts.session = std::make_unique<RegistrationSession>(
+      planned_->mesh, planned_->structures, camera_, method,
+      make_tracker_ ? make_tracker_() : MakeFeatureTracker({}), MakeVideoOrganSegmenter());
   parts.uncut = planned_->organ_surface;
   parts.plan = ReadCasePlan(case_folder_, planned_->organ_surface);
   planned_margin_mm_ = parts.plan.margin_mm;
@@ -263,6 +263,10 @@ std::unique_ptr<IntraoperativeSink> IntraoperativeDesk::StartRecording(const Run
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeDesk::Latest() const {
   return worker_ ? worker_->Latest() : nullptr;
+}
+
+std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeDesk::Current() const {
+  return worker_ ? worker_->Current() : nullptr;
 }
 
 void IntraoperativeDesk::Post(IntraoperativeDecision decision) {

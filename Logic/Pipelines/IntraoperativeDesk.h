@@ -78,6 +78,8 @@ class IntraoperativeDesk {
   void Accept(const RunOptions& options);
   bool Running() const { return worker_ != nullptr; }
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
+  /// What is to be shown now: the same, or the newest picture where registration is behind.
+  std::shared_ptr<const IntraoperativeSnapshot> Current() const;
   const CameraModel& Camera() const { return camera_; }
   /// Wanted between tumour and cut, as the accepted session's plan says; NaN: no plan.
   double PlannedMargin_mm() const { return planned_margin_mm_; }
@@ -108,6 +110,9 @@ class IntraoperativeDesk {
   /// Opens sources in another way than OpenCV does (tests, soak), and how they are captured;
   /// `hold` and `live` are taken as they are.
   void SetSourceOpener(SourceOpener opener, const CaptureOptions& options);
+  using TrackerMaker = std::function<std::unique_ptr<FeatureTracker>()>;
+  /// Tracks features in another way than by optical flow (tests, perfect tracks).
+  void SetTrackerMaker(TrackerMaker maker) { make_tracker_ = std::move(maker); }
   /// How files are captured; default: at their own rate, newest frame.
   void SetCaptureOptions(const CaptureOptions& options) { capture_options_ = options; }
 
@@ -129,6 +134,7 @@ class IntraoperativeDesk {
   double planned_margin_mm_ = std::numeric_limits<double>::quiet_NaN();
   std::optional<CaptureOptions> capture_options_;
   SourceOpener opener_;
+  TrackerMaker make_tracker_;
   std::shared_ptr<IntraoperativeCapture> capture_;
   std::unique_ptr<ExposureRegistration> exposure_;
   Frame exposure_frame_;

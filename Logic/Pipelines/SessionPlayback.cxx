@@ -81,6 +81,7 @@ std::optional<PlaybackEvent::Kind> KindOf(const std::string& event) {
   for (const char* mark : {"mark", "snapshot", "clamp closed", "clamp opened"})
     if (event == mark) return Kind::Mark;
   if (event == "source lost" || event == "source running" || event == "confirmation needed" ||
+      event == "registration behind" || event == "registration caught up" ||
       event == kRegistrationStopped)
     return Kind::Loss;
   for (const char* decision : {"cut accepted", "cut rejected", "undone", "cut drawn", "cuts wait",

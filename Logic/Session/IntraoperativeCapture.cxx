@@ -1,7 +1,9 @@
 #include "Session/IntraoperativeCapture.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstring>
+#include <deque>
 #include <mutex>
 #include <thread>
 
@@ -12,6 +14,7 @@ namespace kerf {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr std::size_t kTimesKept = 256;  // some seconds of any source
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -32,6 +35,7 @@ struct IntraoperativeCapture::Shared {
   SourceState state;
   Clock::time_point last_new;  ///< when a picture came that differs from the one before
   RateMeter arrivals;
+  std::deque<Clock::time_point> times;  ///< of the last frames
 
   void Say(SourceState::Kind kind, const std::string& message) {
     const std::lock_guard lock(mutex);
@@ -47,8 +51,8 @@ struct IntraoperativeCapture::Shared {
   }
   void Deliver(Frame frame) {
     std::unique_lock lock(mutex);
-    const auto now = Clock::now();
     if (options.every) changed.wait(lock, [&] { return stop || taken; });
+    const auto now = options.clock();
     const bool repeated = newest && SamePicture(frame, newest->frame);
     if (!repeated) last_new = now;
     if (repeated && options.live) return;  // a grabber without a signal repeats its last picture
@@ -57,6 +61,8 @@ struct IntraoperativeCapture::Shared {
     newest = CapturedFrame{std::move(frame), now};
     taken = false;
     arrivals.Add(now);
+    times.push_back(now);
+    if (times.size() > kTimesKept) times.pop_front();
     changed.notify_all();
     if (options.hold && held) changed.wait(lock, [&] { return stop || !held; });
   }
@@ -89,7 +95,7 @@ IntraoperativeCapture::IntraoperativeCapture(Opener open, const CaptureOptions& 
     : shared_(std::make_shared<Shared>()) {
   shared_->options = options;
   shared_->held = options.hold;
-  shared_->last_new = Clock::now();
+  shared_->last_new = options.clock();
   std::thread(Run, shared_, std::move(open)).detach();
 }
 
@@ -117,7 +123,7 @@ void IntraoperativeCapture::Run(std::shared_ptr<Shared> shared, Opener open) {
         shared->state.height = source->Height();
         shared->state.nominal_fps = source->FramesPerSecond();
         shared->state.reconnects += opened_before;
-        shared->last_new = Clock::now();
+        shared->last_new = shared->options.clock();
         shared->state.kind = SourceState::Kind::Running;
         shared->state.message.clear();
       }
@@ -161,17 +167,25 @@ std::optional<CapturedFrame> IntraoperativeCapture::Newest() const {
   return shared_->newest;
 }
 
+std::optional<Clock::time_point> IntraoperativeCapture::FirstAfter(
+    Clock::time_point captured) const {
+  const std::lock_guard lock(shared_->mutex);
+  const auto& times = shared_->times;
+  const auto after = std::upper_bound(times.begin(), times.end(), captured);
+  return after == times.end() ? std::nullopt : std::optional(*after);
+}
+
 void IntraoperativeCapture::Resume() {
   const std::lock_guard lock(shared_->mutex);
   shared_->held = false;
-  shared_->last_new = Clock::now();
+  shared_->last_new = shared_->options.clock();
   shared_->changed.notify_all();
 }
 
 SourceState IntraoperativeCapture::State() const {
   const std::lock_guard lock(shared_->mutex);
   SourceState state = shared_->state;
-  const auto now = Clock::now();
+  const auto now = shared_->options.clock();
   state.silence_s = Seconds(now - shared_->last_new);
   state.fps = shared_->arrivals.PerSecond(now);
   const bool waits = shared_->held && shared_->newest;  // on purpose

@@ -36,6 +36,8 @@ struct CaptureOptions {
   bool hold = false;   ///< stop after the first frame until Resume(): a file during exposure
   double frozen_after_s = 0.4;
   double retry_after_s = 0.25;
+  /// What silence and age are measured by.
+  std::function<std::chrono::steady_clock::time_point()> clock = std::chrono::steady_clock::now;
 };
 
 /// The capture thread: reads a source and keeps the newest frame only. Frozen means that the same
@@ -53,6 +55,9 @@ class IntraoperativeCapture {
   std::optional<CapturedFrame> Take(double timeout_s);
   /// The newest frame of all, without taking it.
   std::optional<CapturedFrame> Newest() const;
+  /// When the first of the frames after the one of `captured` came; none where that is the newest.
+  std::optional<std::chrono::steady_clock::time_point> FirstAfter(
+      std::chrono::steady_clock::time_point captured) const;
   void Resume();
   SourceState State() const;
 

@@ -11,8 +11,8 @@ namespace kerf {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kLook_s = 0.1;           // how often a silent source is looked at
-constexpr int kSettle = 15;               // looks at the last picture of all after a decision
+constexpr double kBehind_s = 0.4;  // a picture that waits for longer than this to be registered
+constexpr int kSettle = 15;        // looks at the last picture of all after a decision
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
@@ -53,6 +53,10 @@ struct IntraoperativeWorker::Implementation {
   SessionFrame last;
   std::optional<CapturedFrame> last_captured;
 
+  /// What is shown while registration is behind, and after which registered one; of whoever asks.
+  std::mutex showing;
+  std::shared_ptr<const IntraoperativeSnapshot> behind, behind_after;
+
   bool Stopped() const {
     const std::lock_guard lock(mutex);
     return stop;
@@ -76,6 +80,12 @@ struct IntraoperativeWorker::Implementation {
     const std::lock_guard lock(mutex);
     return latest;
   }
+
+  void Note(const std::string& event, const JournalData& data) {
+    const std::lock_guard lock(mutex);
+    notes.push_back({event, data});
+  }
+  std::shared_ptr<const IntraoperativeSnapshot> Current(Clock::time_point now);
 
   void Run();
   void Round();
@@ -222,6 +232,36 @@ void IntraoperativeWorker::Implementation::WatchSource() {
   Publish(out);
 }
 
+std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementation::Current(
+    Clock::time_point now) {
+  const auto registered_one = Latest();
+  if (!registered_one || !registered_one->stopped.empty()) return registered_one;
+  // From the first frame that waits on: a source that paused is nothing to be late for.
+  const auto waits = parts.capture->FirstAfter(registered_one->captured);
+  const double waited_s = waits ? Seconds(now - *waits) : 0.0;
+  const auto newest = parts.capture->Newest();
+  const std::lock_guard lock(showing);
+  if (waited_s <= kBehind_s || !newest) {
+    if (behind) Note("registration caught up", {});
+    behind.reset();
+    return registered_one;
+  }
+  if (!behind) Note("registration behind", {{"waited_s", waited_s}});
+  if (behind && behind_after == registered_one && behind->captured == newest->captured)
+    return behind;
+  auto out = std::make_shared<IntraoperativeSnapshot>(*registered_one);
+  out->frame.image = newest->frame.image;
+  out->captured = newest->captured;
+  out->source = parts.capture->State();
+  out->registered_fps = 0.0;
+  out->gate = GateState::Off;
+  out->reason = out->source.Usable() || out->source.message.empty() ? "registration behind"
+                                                                    : out->source.message;
+  behind_after = registered_one;
+  behind = out;
+  return out;
+}
+
 /// One look at what came: decisions first, then the newest picture.
 void IntraoperativeWorker::Implementation::Round() {
   const auto captured = parts.capture->Take(kLook_s);
@@ -317,12 +357,16 @@ void IntraoperativeWorker::Post(IntraoperativeDecision decision) {
 }
 
 void IntraoperativeWorker::Note(const std::string& event, const JournalData& data) {
-  const std::lock_guard lock(implementation_->mutex);
-  implementation_->notes.push_back({event, data});
+  implementation_->Note(event, data);
 }
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Latest() const {
   return implementation_->Latest();
+}
+
+std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Current(
+    std::chrono::steady_clock::time_point now) {
+  return implementation_->Current(now);
 }
 
 const std::string& IntraoperativeWorker::RecordingProblem() const {

@@ -40,6 +40,7 @@ class IntraoperativeWorker {
     std::function<void()> on_snapshot;          ///< from the worker's thread; must be quick
     double deadline_ms = 40.0;  ///< of a frame: what takes longer limits the solver; 0 = none
   };
+  static constexpr double kLook_s = 0.05;  ///< how often a silent source is looked at
   explicit IntraoperativeWorker(Parts parts);
   ~IntraoperativeWorker();  ///< stops and completes the recording
 
@@ -48,6 +49,11 @@ class IntraoperativeWorker {
   void Note(const std::string& event, const JournalData& data);
   /// Null before the first frame.
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
+  /// What is to be shown now: Latest(), or where registration does not keep up with the source the
+  /// newest picture with the gate off: where a frame has waited for longer than 0.4 s. Said in the
+  /// journal, too.
+  std::shared_ptr<const IntraoperativeSnapshot> Current(
+      std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now());
   /// Ends after the frame in work; the recording is complete when this returns.
   void Stop();
   /// Why recording ended early, empty where all was written. Only after Stop().

@@ -81,8 +81,12 @@ void qKerfIntraoperativeWidget::SetDrawing(bool drawing) {
 void qKerfIntraoperativeWidget::TickRun() {
   if (clamped_at_) ShowClamp();
   TakePainted();
-  const auto latest = desk_.Latest();
-  if (!latest) return;
+  if (isVisible()) ShowNewest();
+  const auto latest = desk_.Current();
+  if (!latest) {
+    lamp_->setText(tr("OVERLAY OFF: the registration begins"));
+    return;
+  }
   if (Clock::now() - figures_at_ > kFigures) {
     figures_at_ = Clock::now();  // pictures may have stopped: the figures of then are none of now
     const bool quiet = figures_at_ - latest->captured > std::chrono::seconds(1);
@@ -92,6 +96,17 @@ void qKerfIntraoperativeWidget::TickRun() {
   if (latest == drawn_ || !isVisible()) return;  // what nobody sees is not drawn
   Draw(latest, desk_.Camera());
   run_->Update(*latest);
+}
+
+/// The newest picture of all wherever no model lies over it: these wait for no registration.
+void qKerfIntraoperativeWidget::ShowNewest() {
+  const auto newest = desk_.Newest();
+  if (!newest || !newest->frame.image || newest->captured == newest_shown_) return;
+  newest_shown_ = newest->captured;
+  if (!raw_->isHidden()) raw_->SetPicture(*newest->frame.image);
+  if (shown_ && !Bare()) return;
+  view_->SetPicture(*newest->frame.image);
+  NoteShown(newest->captured);
 }
 
 void qKerfIntraoperativeWidget::SayWhereStopped(const kerf::IntraoperativeSnapshot& latest) {

@@ -63,7 +63,7 @@ void qKerfIntraoperativeWidget::Draw(std::shared_ptr<const kerf::IntraoperativeS
       painter_.reset();
       OverlayFails(error.what());
     }
-  if (drawn_->frame.image) view_->SetPicture(*drawn_->frame.image);
+  if (step_ != Run && drawn_->frame.image) view_->SetPicture(*drawn_->frame.image);
   Present(drawn_);
 }
 
@@ -91,23 +91,27 @@ void qKerfIntraoperativeWidget::TakePainted() {
 void qKerfIntraoperativeWidget::Present(
     std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot) {
   shown_ = std::move(snapshot);
-  if (raw_->isVisible() && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
+  if (step_ != Run && raw_->isVisible() && shown_->frame.image)
+    raw_->SetPicture(*shown_->frame.image);
   Try([this] { ShowBefore(); });
   ShowLamp(*shown_);
   ArrangeViews();
-  if (step_ != Run) return;
+  if (step_ == Run && !Bare()) NoteShown(shown_->captured);
+}
+
+void qKerfIntraoperativeWidget::NoteShown(Clock::time_point captured) {
+  if (shown_picture_ == captured) return;
   const auto now = Clock::now();
-  if (shown_picture_ != shown_->captured) {
-    shown_picture_ = shown_->captured;
-    shown_at_.Add(now);
-    latency_ms_ = std::chrono::duration<double, std::milli>(now - shown_->captured).count();
-  }
+  shown_picture_ = captured;
+  shown_at_.Add(now);
+  latency_ms_ = std::chrono::duration<double, std::milli>(now - captured).count();
 }
 
 /// In a new look. What is in work is still shown: while a slider is dragged nothing else would be.
 void qKerfIntraoperativeWidget::DrawAgain() {
   drawn_.reset();
   before_shown_.reset();
+  newest_shown_ = {};
 }
 
 /// The picture that is in work is of a camera or a step that is no longer; the newest one is drawn
@@ -137,6 +141,7 @@ void qKerfIntraoperativeWidget::ArrangeViews() {
 void qKerfIntraoperativeWidget::OverlayFails(const std::string& why) {
   view_->SetBanner(tr("NO OVERLAY"), QColor(179, 38, 30, 200));
   overlay_problem_ = why;
+  newest_shown_ = {};
   services_.say_problem(tr("No overlay can be drawn: %1. Switch it off and on (O) to try again.")
                             .arg(QString::fromStdString(why)));
 }
@@ -240,6 +245,7 @@ double qKerfIntraoperativeWidget::ShownPerSecond() const {
 
 void qKerfIntraoperativeWidget::SetRawBeside(bool beside) {
   raw_->setVisible(beside);
+  newest_shown_ = {};  // in a session: with the next tick
   if (beside && shown_ && shown_->frame.image) raw_->SetPicture(*shown_->frame.image);
   ArrangeViews();
 }

@@ -104,6 +104,9 @@ class qKerfIntraoperativeWidget : public QWidget {
   void TickEnd();
   void TickCheckIn();
   void TickRun();
+  void ShowNewest();
+  bool Bare() const { return !overlay_on_ || !overlay_problem_.empty(); }
+  void NoteShown(std::chrono::steady_clock::time_point captured);
   void SayWhereStopped(const kerf::IntraoperativeSnapshot& latest);
   void TickReview();
   void PaintExposure();
@@ -182,6 +185,6 @@ class qKerfIntraoperativeWidget : public QWidget {
   int review_frame_ = 0;
   bool playing_ = false, before_on_ = false;
   std::chrono::steady_clock::time_point played_at_;
-  std::chrono::steady_clock::time_point shown_picture_, figures_at_;
+  std::chrono::steady_clock::time_point shown_picture_, newest_shown_, figures_at_;
   kerf::RateMeter shown_at_;
 };

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "Core/Errors.h"
+#include "HeldClock.h"
 #include "Session/IntraoperativeCapture.h"
 
 namespace kerf {
@@ -113,27 +114,42 @@ TEST(Capture, AFileHoldsDuringExposure) {
 }
 
 TEST(Capture, ARepeatedPictureIsFrozenWithinHalfASecond) {
+  testing::HeldClock clock;
   CaptureOptions options;
   options.live = true;
+  options.clock = clock;
   auto script = std::make_shared<Script>();
   IntraoperativeCapture capture(OpenerOf(script, -1), options);
   ASSERT_TRUE(capture.Take(2.0));
+  clock.HoldSince(capture, 0.0);
   script->freeze = true;
-  EXPECT_LT(SecondsUntil([&] { return capture.State().kind == Kind::Frozen; }), 0.6);
-  EXPECT_NE(capture.State().message.find("frozen"), std::string::npos);
+  const int read = script->read;
+  ASSERT_LT(SecondsUntil([&] { return script->read > read + 3; }), 10.0);
+  clock.HoldSince(capture, 0.3);
+  EXPECT_EQ(capture.State().kind, Kind::Running);
+  clock.HoldSince(capture, 0.5 - 1e-3);
+  EXPECT_EQ(capture.State().kind, Kind::Frozen);
+  EXPECT_EQ(capture.State().message, "The picture has been frozen for 0.4 s.");
   script->freeze = false;
-  EXPECT_LT(SecondsUntil([&] { return capture.State().kind == Kind::Running; }), 0.5);
+  EXPECT_LT(SecondsUntil([&] { return capture.State().kind == Kind::Running; }, 10.0), 10.0);
 }
 
 TEST(Capture, AHangingDeviceIsFrozenAndNobodyWaitsForIt) {
+  testing::HeldClock clock;
   CaptureOptions options;
   options.live = true;
+  options.clock = clock;
   auto script = std::make_shared<Script>();
   {
     IntraoperativeCapture capture(OpenerOf(script, -1), options);
     ASSERT_TRUE(capture.Take(2.0));
+    clock.HoldSince(capture, 0.0);
     script->hang = true;
-    EXPECT_LT(SecondsUntil([&] { return capture.State().kind == Kind::Frozen; }), 0.6);
+    std::this_thread::sleep_for(100ms);  // what is being read still comes
+    clock.HoldSince(capture, 0.3);
+    EXPECT_EQ(capture.State().kind, Kind::Running);
+    clock.HoldSince(capture, 0.5);
+    EXPECT_EQ(capture.State().kind, Kind::Frozen);
   }  // returns although the read does not
   script->hang = false;
 }

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <thread>
 
 #include "Session/RegistrationSession.h"
 #include "Support/TestCameras.h"
@@ -47,13 +50,15 @@ class CrackTracker : public FeatureTracker {
     return features;
   }
   void Track(const Frame& frame, FeatureSet* features) override {
+    while (stuck && *stuck) std::this_thread::sleep_for(std::chrono::milliseconds(2));
     if (frame.index >= throw_at) throw std::runtime_error("the tracker broke");
     for (Index i = 0; i < features->Size(); ++i)
       features->pixels.row(i) =
           camera_.Project(CrackMotion(rest_[i], std::min(frame.index, stop_at))).transpose();
   }
-  int stop_at = 1 << 20;   ///< the motion halts here
-  int throw_at = 1 << 20;  ///< from here on it cannot track any more
+  int stop_at = 1 << 20;                       ///< the motion halts here
+  int throw_at = 1 << 20;                      ///< from here on it cannot track any more
+  std::shared_ptr<std::atomic<bool>> stuck{};  ///< while it is set nothing comes out
 
  private:
   CameraModel camera_ = BandCamera();
@@ -63,10 +68,12 @@ class CrackTracker : public FeatureTracker {
 /// A session over the band, with a handle on its tracker.
 struct BandRun {
   explicit BandRun(bool history = true, bool hold = false, int stop_at = 1 << 20,
-                   int throw_at = 1 << 20, bool grips = true) {
+                   int throw_at = 1 << 20, bool grips = true,
+                   std::shared_ptr<std::atomic<bool>> stuck = {}) {
     auto tracker = std::make_unique<CrackTracker>();
     tracker->stop_at = stop_at;
     tracker->throw_at = throw_at;
+    tracker->stuck = std::move(stuck);
     MethodOptions options;
     options.hold_cuts = hold;
     options.grips = grips;

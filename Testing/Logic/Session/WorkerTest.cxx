@@ -8,6 +8,7 @@
 #include "CaseIO/JournalRead.h"
 #include "Core/Errors.h"
 #include "CrackedBand.h"
+#include "HeldClock.h"
 #include "Session/IntraoperativeWorker.h"
 
 namespace kerf {
@@ -95,12 +96,13 @@ struct Scene {
     log->full_at = full_at;
     CaptureOptions options;
     options.live = true;
+    options.clock = clock;
     IntraoperativeWorker::Parts parts;
-    BandRun run(true, hold, 1 << 20, throw_at);
+    BandRun run(true, hold, 1 << 20, throw_at, true, stuck);
     parts.session = std::move(run.session);
     parts.uncut = BoundarySurface(BandMesh(3000), BandMesh(3000).rest);
     auto flag = hang;
-    parts.capture = std::make_shared<IntraoperativeCapture>(
+    parts.capture = capture = std::make_shared<IntraoperativeCapture>(
         [flag]() -> std::unique_ptr<FrameSource> { return std::make_unique<BandSource>(flag); },
         options);
     parts.sink = std::make_unique<LogSink>(log);
@@ -120,7 +122,10 @@ struct Scene {
     worker->Post(decision);
   }
   std::shared_ptr<Log> log = std::make_shared<Log>();
-  std::shared_ptr<std::atomic<bool>> hang = std::make_shared<std::atomic<bool>>(false);
+  std::shared_ptr<std::atomic<bool>> hang = std::make_shared<std::atomic<bool>>(false),
+                                     stuck = std::make_shared<std::atomic<bool>>(false);
+  HeldClock clock;
+  std::shared_ptr<IntraoperativeCapture> capture;
   std::unique_ptr<IntraoperativeWorker> worker;
 };
 
@@ -159,12 +164,18 @@ TEST(Worker, AProposalIsAcceptedRejectedAndUndone) {
 TEST(Worker, AFrozenSourceSwitchesTheOverlayOffUntilConfirmed) {
   Scene scene(false);
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  // By the clock of the capture: off where the last picture is half a second old, looks included.
+  scene.clock.HoldSince(*scene.capture, 0.0);
   *scene.hang = true;
-  const auto start = Clock::now();
-  ASSERT_TRUE(scene.Sees(2, [](const auto& s) { return s.gate == GateState::Off; }));
-  EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 0.9);
+  std::this_thread::sleep_for(100ms);  // what is being read still comes
+  scene.clock.HoldSince(*scene.capture, 0.3);
+  std::this_thread::sleep_for(150ms);
+  EXPECT_NE(scene.worker->Latest()->gate, GateState::Off);
+  scene.clock.HoldSince(*scene.capture, 0.5 - IntraoperativeWorker::kLook_s);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Off; }));
   EXPECT_NE(scene.worker->Latest()->reason.find("frozen"), std::string::npos);
   std::this_thread::sleep_for(1200ms);
+  scene.clock.GoOn();
   *scene.hang = false;
   ASSERT_TRUE(scene.Sees(3, [](const auto& s) {
     return s.source.kind == SourceState::Kind::Running && s.needs_confirmation;
@@ -175,6 +186,49 @@ TEST(Worker, AFrozenSourceSwitchesTheOverlayOffUntilConfirmed) {
       3, [](const auto& s) { return s.gate != GateState::Off && !s.needs_confirmation; }));
   EXPECT_TRUE(scene.log->Has("source lost"));
   EXPECT_TRUE(scene.log->Has("registration confirmed"));
+}
+
+TEST(Worker, PicturesGoOnWithoutTheOverlayWhileTheRegistrationIsBehind) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  EXPECT_TRUE(Within(10, [&] { return scene.worker->Current()->gate == GateState::Green; }));
+  *scene.stuck = true;
+  std::this_thread::sleep_for(100ms);
+  const auto registered = scene.worker->Latest();
+  ASSERT_TRUE(Within(10, [&] { return scene.capture->FirstAfter(registered->captured); }));
+  const auto waits = *scene.capture->FirstAfter(registered->captured);
+  EXPECT_EQ(scene.worker->Current(waits + 300ms), registered);
+  const auto behind = scene.worker->Current(waits + 500ms);
+  EXPECT_EQ(behind->gate, GateState::Off);
+  EXPECT_EQ(behind->reason, "registration behind");
+  EXPECT_GT(behind->captured, registered->captured);
+  ASSERT_TRUE(Within(10, [&] { return scene.capture->Newest()->captured > behind->captured; }));
+  EXPECT_GT(scene.worker->Current(waits + 550ms)->captured, behind->captured) << "the newest only";
+  EXPECT_EQ(scene.worker->Latest(), registered);
+  *scene.stuck = false;
+  EXPECT_TRUE(Within(10, [&] { return scene.worker->Current()->gate == GateState::Green; }));
+  ASSERT_TRUE(Within(10, [&] { return scene.log->Has("registration caught up"); }));
+  scene.worker->Stop();
+  for (const JournalEntry& entry : scene.log->entries) {
+    if (entry.event != "registration behind") continue;
+    EXPECT_NEAR(*entry.Number("waited_s"), 0.5, 1e-6);
+  }
+}
+
+/// A source that paused is nothing that the registration is late for.
+TEST(Worker, APauseOfTheSourceIsNoRegistrationThatIsBehind) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  *scene.hang = true;
+  std::this_thread::sleep_for(700ms);
+  *scene.stuck = true;
+  *scene.hang = false;
+  const auto registered = scene.worker->Latest();
+  ASSERT_TRUE(Within(10, [&] { return scene.capture->FirstAfter(registered->captured); }));
+  const auto waits = *scene.capture->FirstAfter(registered->captured);
+  EXPECT_GT(waits - registered->captured, 500ms);
+  EXPECT_NE(scene.worker->Current(waits + 300ms)->reason, "registration behind");
+  *scene.stuck = false;
 }
 
 TEST(Worker, AFullDiskEndsTheRecordingNotTheSession) {

@@ -1,9 +1,11 @@
-// What a session loses and what it does not: the source pulled, the process killed. With real
-// events.
+// What a session loses and what it does not: the source pulled, the registration stuck, the process
+// killed. With real events.
 #include <QProcess>
+#include <atomic>
 #include <csignal>
 #include <set>
 
+#include "Adapters/OpenCv/LucasKanadeTracker.h"
 #include "Adapters/OpenCv/VideoSource.h"
 #include "CaseIO/JournalRead.h"
 #include "GuiScene.h"
@@ -35,6 +37,52 @@ bool BeginSession(Page* page, const QString& case_folder) {
   return page->widget->CurrentStep() == qKerfIntraoperativeWidget::Run;
 }
 
+/// The phantom's first pictures, to and fro: nothing is cut in them.
+std::vector<Image> FirstPictures() {
+  std::vector<Image> pictures;
+  const auto video = OpenVideo(std::string(KERF_TEST_PHANTOM) + "/video.mp4");
+  for (int i = 0; i < 12; ++i) pictures.push_back(*video->Next()->image);
+  for (int i = 10; i > 0; --i) pictures.push_back(pictures[i]);
+  return pictures;
+}
+
+/// Optical flow that is stuck while `stuck` is set.
+class StickingTracker : public FeatureTracker {
+ public:
+  explicit StickingTracker(const std::atomic<bool>* stuck) : stuck_(stuck) {}
+  FeatureSet Detect(const Frame& frame, const Image& mask, int wanted) override {
+    return flow_->Detect(frame, mask, wanted);
+  }
+  void Track(const Frame& frame, FeatureSet* features) override {
+    while (*stuck_) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    flow_->Track(frame, features);
+  }
+
+ private:
+  const std::atomic<bool>* stuck_;
+  std::unique_ptr<FeatureTracker> flow_ = MakeFeatureTracker({});
+};
+
+// A white square in the rim tells pictures apart: the n-th one has it in the (n % kPlaces)-th
+// place.
+constexpr int kPlaces = 20, kSquare_px = 24;
+
+Image Stamped(Image picture, int n) {
+  const int x0 = 40 + kSquare_px * (n % kPlaces);
+  for (int y = picture.height - kSquare_px; y < picture.height; ++y)
+    std::fill_n(picture.data.begin() + 3 * (std::size_t(y) * picture.width + x0), 3 * kSquare_px,
+                std::uint8_t(255));
+  return picture;
+}
+
+int PlaceIn(const QImage& picture) {
+  for (int place = 0; place < kPlaces; ++place)
+    if (!picture.isNull() && qGray(picture.pixel(40 + kSquare_px * place + kSquare_px / 2,
+                                                 picture.height() - kSquare_px / 2)) > 200)
+      return place;
+  return -1;
+}
+
 /// The other process: runs until a cut is in the model, says how far it came, and is killed.
 int RunAndBeKilled(const QString& case_folder) {
   Page page;
@@ -51,6 +99,12 @@ int RunAndBeKilled(const QString& case_folder) {
   return 0;
 }
 
+/// Pictures of the window for whoever looks at them: KERF_GUI_PICTURES names a folder.
+void Keep(Page* page, const QString& name) {
+  const QString folder = qEnvironmentVariable("KERF_GUI_PICTURES");
+  if (!folder.isEmpty()) page->widget->grab().save(folder + "/intraoperative-" + name + ".png");
+}
+
 }  // namespace
 
 class SessionLossGuiTest : public QObject {
@@ -62,6 +116,7 @@ class SessionLossGuiTest : public QObject {
         PlanStudyCase(KERF_TEST_PHANTOM, folder_.path().toStdString() + "/case", 3000));
   }
   void APulledStreamSwitchesTheOverlayOffAndComesBack();
+  void AStuckRegistrationIsSaidAndTheNewestPictureShown();
   void KilledInTheMiddleAndTakenUpAgain();
 
  private:
@@ -70,11 +125,7 @@ class SessionLossGuiTest : public QObject {
 };
 
 void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
-  // The phantom's first pictures, to and fro: nothing is cut in them.
-  std::vector<Image> pictures;
-  const auto video = OpenVideo(std::string(KERF_TEST_PHANTOM) + "/video.mp4");
-  for (int i = 0; i < 12; ++i) pictures.push_back(*video->Next()->image);
-  for (int i = 10; i > 0; --i) pictures.push_back(pictures[i]);
+  const std::vector<Image> pictures = FirstPictures();
   MjpegServer camera([&](int n) { return pictures[n % pictures.size()]; });
 
   Page page;
@@ -138,6 +189,64 @@ void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
   QVERIFY(playback->At(last - 1)->cuts.empty());
   QCOMPARE(playback->At(last)->cuts.size(), std::size_t(1));
   page.Click("step1");
+  QVERIFY2(page.problems.isEmpty(), qPrintable(page.problems.join("\n")));
+  fs::remove_all(session);
+}
+
+void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
+  const std::vector<Image> pictures = FirstPictures();
+  MjpegServer camera([&](int n) { return Stamped(pictures[n % pictures.size()], n); });
+  std::atomic<bool> stuck{false};
+  Page page;
+  page.widget->Desk().SetTrackerMaker([&] { return std::make_unique<StickingTracker>(&stuck); });
+  page.widget->OpenCase(case_);
+  page.widget->OpenSource(QString::fromStdString(camera.Url()));
+  QTRY_VERIFY_WITH_TIMEOUT(page.widget->Desk().Newest().has_value(), 20000);
+  page.widget->StartWithGivenPose();
+  QCOMPARE(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Run);
+  auto* lamp = page.Find<QLabel>("lamp");
+  QTRY_VERIFY_WITH_TIMEOUT(lamp->text().contains("OVERLAY OK"), 20000);
+  page.widget->SetRawBeside(true);
+
+  // Whether `view` goes on through pictures while nothing is registered.
+  const auto goes_on = [&](qKerfVideoView* view) {
+    std::set<int> places;
+    const auto seen = [&] { return places.insert(PlaceIn(view->Picture())), places.size() > 6; };
+    return QTest::qWaitFor(seen, 20000) && places.count(-1) == 0;
+  };
+  const auto off_the_picture = [&] {  // the middle, without the overlay's words
+    const QRect middle(150, 120, 660, 330);
+    const auto shown = page.widget->Shown();
+    return Difference(page.widget->View()->Picture().copy(middle),
+                      ToQImage(*shown->frame.image).copy(middle));
+  };
+  stuck = true;
+  QTRY_VERIFY2_WITH_TIMEOUT(lamp->text().contains("OVERLAY OFF: registration behind"),
+                            qPrintable(lamp->text()), 20000);
+  const int registered = page.Latest()->frame.index;
+  QVERIFY(goes_on(page.widget->View()));
+  QVERIFY(goes_on(page.widget->RawView()));
+  QTRY_COMPARE(off_the_picture(), 0.0);
+  QVERIFY(!page.Find<QLabel>("figures")->text().contains("registered"));
+  Keep(&page, "behind");
+  // The overlay switched off by hand: the newest, too.
+  page.Key(Qt::Key_O);
+  QVERIFY(goes_on(page.widget->View()));
+  page.Key(Qt::Key_O);
+  QCOMPARE(page.Latest()->frame.index, registered);
+  QCOMPARE(page.Latest()->gate, GateState::Green);  // as it was then: what is shown is not that
+
+  stuck = false;
+  QTRY_VERIFY2_WITH_TIMEOUT(lamp->text().contains("OVERLAY OK"), qPrintable(lamp->text()), 20000);
+  QTRY_VERIFY(off_the_picture() > 0.01);
+  page.Click("stop");
+  QTRY_COMPARE_WITH_TIMEOUT(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
+  const fs::path session = page.widget->Desk().SessionPath();
+  std::multiset<std::string> events;
+  for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
+    events.insert(entry.event);
+  QVERIFY(events.count("registration behind") >= 1);
+  QVERIFY(events.count("registration caught up") >= 1);
   QVERIFY2(page.problems.isEmpty(), qPrintable(page.problems.join("\n")));
   fs::remove_all(session);
 }
