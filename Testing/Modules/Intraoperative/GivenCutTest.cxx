@@ -1,13 +1,14 @@
 // A cut that is given by hand opens in the model where the true one does in the picture: what the
-// overlay draws as its lips, held against the true lips. No window is needed.
+// overlay draws as its lips, held against the true lips, both ways. No window is needed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "CaseIO/StudyFolder.h"
 #include "DeskScene.h"
-#include "Registration/CutLine.h"
+#include "Session/TableTracker.h"
 
 namespace kerf {
 namespace {
@@ -24,55 +25,106 @@ Points Line(const nlohmann::json& list) {
   return line;
 }
 
-double DistanceTo_px(const Points& line, const CameraModel& camera, const Vec2& p) {
-  Points in_picture = Points::Zero(line.rows(), 3);
-  for (Index i = 0; i < line.rows(); ++i)
-    in_picture.row(i).head<2>() = camera.Project(line.row(i).transpose()).transpose();
-  return DistanceToLine(in_picture, Vec3(p.x(), p.y(), 0));
+/// Both lips of the truth in one line, over the tip that they end 1 mm before.
+Points TrueEdge(const nlohmann::json& at) {
+  const Points minus = Line(at["lip_minus"]), plus = Line(at["lip_plus"]);
+  Points edge(minus.rows() + plus.rows(), 3);
+  edge << minus, plus.colwise().reverse();
+  return edge;
 }
 
-TEST(GivenCut, OpensWhereTheTrueOneDoes) {
-  const std::string study = KERF_TEST_PHANTOM;
-  ASSERT_TRUE(fs::exists(study + "/video.mp4")) << "the fixture makes the phantom";
-  const PhantomCase phantom(8000);
-  const auto truth = nlohmann::json::parse(std::ifstream(study + "/truth/cuts.json"))["cuts"][0];
-  const auto& end = truth["evaluated"].back();
-  {
-    IntraoperativeDesk desk;
-    phantom.OpenFor(&desk);
-    desk.BeginExposure();
-    IntraoperativeDesk::RunOptions run;
-    run.hold_cuts = true;  // the given cut alone
-    run.record = false;
-    desk.Accept(run);
-    ASSERT_TRUE(Within(10, [&] { return desk.Latest() != nullptr; }));
-    IntraoperativeDecision given;
-    given.kind = IntraoperativeDecision::Kind::DrawCut;
-    given.line = Line(truth["polyline_rest"]);
-    desk.Post(given);
-    ASSERT_TRUE(Within(200, [&] {
-      return desk.Latest()->source.kind == SourceState::Kind::Ended &&
-             desk.Latest()->frame.index >= end["frame"].get<int>();
-    }));
-    std::this_thread::sleep_for(300ms);
-    const auto latest = desk.Latest();
-    ASSERT_FALSE(latest->applied_lines.empty());
-    std::vector<double> distances;
-    for (const Points& lip : latest->applied_lines)
-      for (Index i = 0; i + 1 < lip.rows(); ++i)
-        for (const double t : {0.125, 0.375, 0.625, 0.875}) {
-          const Vec2 p =
-              desk.Camera().Project(((1.0 - t) * lip.row(i) + t * lip.row(i + 1)).transpose());
-          distances.push_back(std::min(DistanceTo_px(Line(end["lip_minus"]), desk.Camera(), p),
-                                       DistanceTo_px(Line(end["lip_plus"]), desk.Camera(), p)));
-        }
-    std::sort(distances.begin(), distances.end());
-    const double median = distances[distances.size() / 2];
-    RecordProperty("median_px", std::to_string(median));
-    std::printf("lips of the given cut: median %.2f px, 90 %% within %.2f px of the true lips\n",
-                median, distances[distances.size() * 9 / 10]);
-    // 3 px (0.6 mm) is the aim; 0.7 to 2.9 px were measured with 7,000 to 9,000 tetrahedra.
-    EXPECT_LT(median, 4.0);
+/// Points at least every third of a millimetre along lines, in the picture, px.
+std::vector<Vec2> InPicture(const std::vector<Points>& lines, const CameraModel& camera) {
+  std::vector<Vec2> out;
+  for (const Points& line : lines)
+    for (Index i = 0; i + 1 < line.rows(); ++i) {
+      const Vec3 from = line.row(i).transpose(), to = line.row(i + 1).transpose();
+      const int steps = 1 + static_cast<int>(3 * (to - from).norm());
+      for (int k = 0; k <= steps; ++k)
+        out.push_back(camera.Project(from + (to - from) * k / steps));
+    }
+  return out;
+}
+
+using Distances = std::vector<double>;
+
+void AddDistances(const std::vector<Vec2>& points, const std::vector<Vec2>& line, Distances* out) {
+  for (const Vec2& p : points) {
+    double nearest = 1e9;
+    for (const Vec2& q : line) nearest = std::min(nearest, (p - q).norm());
+    out->push_back(nearest);
+  }
+}
+
+double Share(Distances distances, double share) {
+  std::sort(distances.begin(), distances.end());
+  return distances[static_cast<std::size_t>(share * (distances.size() - 1))];
+}
+
+/// The edge of the phantom's cut, given in its first frame, in its last: of meshes of 13,000,
+/// 15,000 and 17,000 tetrahedra together, since where the mesh ends at the cut's tip is luck.
+class GivenCut : public ::testing::Test {
+ protected:
+  void Run(const IntraoperativeDesk::TrackerMaker& tracker) {
+    const std::string study = PhantomCase::Study();
+    ASSERT_TRUE(fs::exists(study + "/video.mp4")) << "the fixture makes the phantom";
+    const auto truth = nlohmann::json::parse(std::ifstream(study + "/truth/cuts.json"))["cuts"][0];
+    const auto& end = truth["evaluated"].back();
+    for (const int tetrahedra : {13000, 15000, 17000}) {
+      const PhantomCase phantom(tetrahedra);
+      IntraoperativeDesk desk;
+      desk.SetTrackerMaker(tracker);
+      phantom.OpenFor(&desk);
+      desk.BeginExposure();
+      IntraoperativeDesk::RunOptions run;
+      run.hold_cuts = true;  // the given cut alone
+      run.record = false;
+      desk.Accept(run);
+      ASSERT_TRUE(Within(20, [&] { return desk.Latest() != nullptr; }));
+      IntraoperativeDecision given;
+      given.kind = IntraoperativeDecision::Kind::DrawCut;
+      given.line = Line(truth["polyline_rest"]);
+      desk.Post(given);
+      ASSERT_TRUE(Within(200, [&] {
+        return desk.Latest()->source.kind == SourceState::Kind::Ended &&
+               desk.Latest()->frame.index >= end["frame"].get<int>();
+      }));
+      std::this_thread::sleep_for(300ms);
+      const auto latest = desk.Latest();
+      ASSERT_FALSE(latest->applied_lines.empty());
+      const auto drawn = InPicture(latest->applied_lines, desk.Camera());
+      const auto is = InPicture({TrueEdge(end)}, desk.Camera());
+      AddDistances(drawn, is, &from_model_);
+      AddDistances(is, drawn, &from_truth_);
+    }
+    for (const auto& [name, d] :
+         {std::pair("model to truth", &from_model_), std::pair("truth to model", &from_truth_)})
+      std::printf("%s: median %.1f px, 90 %% within %.1f px, all within %.1f px\n", name,
+                  Share(*d, 0.5), Share(*d, 0.9), Share(*d, 1.0));
+  }
+  Distances from_model_, from_truth_;  ///< px
+};
+
+// The aim is 3 px (0.6 mm). Half of the edge keeps it; docs/validation.md says what was measured
+// and why the tip does not.
+
+TEST_F(GivenCut, OpensWhereTheTrueOneDoesByGivenTracks) {
+  const std::string study = PhantomCase::Study();
+  Run([&] {
+    return std::make_unique<TableTracker>(
+        ReadTracks(study + "/features_2d.csv", study + "/features_rest.csv"));
+  });
+  for (const Distances* d : {&from_model_, &from_truth_}) {
+    EXPECT_LT(Share(*d, 0.5), 1.5);
+    EXPECT_LT(Share(*d, 0.9), 7.5);
+  }
+}
+
+TEST_F(GivenCut, OpensWhereTheTrueOneDoesInTheVideo) {
+  Run(nullptr);
+  for (const Distances* d : {&from_model_, &from_truth_}) {
+    EXPECT_LT(Share(*d, 0.5), 3.0);
+    EXPECT_LT(Share(*d, 0.9), 14.0);
   }
 }
 
