@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "Core/Errors.h"
-#include "HeldClock.h"
 #include "Session/IntraoperativeCapture.h"
+#include "Support/HeldClock.h"
 
 namespace kerf {
 namespace {
@@ -121,13 +121,13 @@ TEST(Capture, ARepeatedPictureIsFrozenWithinHalfASecond) {
   auto script = std::make_shared<Script>();
   IntraoperativeCapture capture(OpenerOf(script, -1), options);
   ASSERT_TRUE(capture.Take(2.0));
-  clock.HoldSince(capture, 0.0);
+  clock.HoldSince([&] { return capture.State(); }, 0.0);
   script->freeze = true;
   const int read = script->read;
   ASSERT_LT(SecondsUntil([&] { return script->read > read + 3; }), 10.0);
-  clock.HoldSince(capture, 0.3);
+  clock.HoldSince([&] { return capture.State(); }, 0.3);
   EXPECT_EQ(capture.State().kind, Kind::Running);
-  clock.HoldSince(capture, 0.5 - 1e-3);
+  clock.HoldSince([&] { return capture.State(); }, 0.5 - 1e-3);
   EXPECT_EQ(capture.State().kind, Kind::Frozen);
   EXPECT_EQ(capture.State().message, "The picture has been frozen for 0.4 s.");
   script->freeze = false;
@@ -143,12 +143,12 @@ TEST(Capture, AHangingDeviceIsFrozenAndNobodyWaitsForIt) {
   {
     IntraoperativeCapture capture(OpenerOf(script, -1), options);
     ASSERT_TRUE(capture.Take(2.0));
-    clock.HoldSince(capture, 0.0);
+    clock.HoldSince([&] { return capture.State(); }, 0.0);
     script->hang = true;
     std::this_thread::sleep_for(100ms);  // what is being read still comes
-    clock.HoldSince(capture, 0.3);
+    clock.HoldSince([&] { return capture.State(); }, 0.3);
     EXPECT_EQ(capture.State().kind, Kind::Running);
-    clock.HoldSince(capture, 0.5);
+    clock.HoldSince([&] { return capture.State(); }, 0.5);
     EXPECT_EQ(capture.State().kind, Kind::Frozen);
   }  // returns although the read does not
   script->hang = false;

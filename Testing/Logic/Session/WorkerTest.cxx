@@ -8,8 +8,8 @@
 #include "CaseIO/JournalRead.h"
 #include "Core/Errors.h"
 #include "CrackedBand.h"
-#include "HeldClock.h"
 #include "Session/IntraoperativeWorker.h"
+#include "Support/HeldClock.h"
 
 namespace kerf {
 namespace {
@@ -165,13 +165,14 @@ TEST(Worker, AFrozenSourceSwitchesTheOverlayOffUntilConfirmed) {
   Scene scene(false);
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
   // By the clock of the capture: off where the last picture is half a second old, looks included.
-  scene.clock.HoldSince(*scene.capture, 0.0);
+  scene.clock.HoldSince([&] { return scene.capture->State(); }, 0.0);
   *scene.hang = true;
   std::this_thread::sleep_for(100ms);  // what is being read still comes
-  scene.clock.HoldSince(*scene.capture, 0.3);
+  scene.clock.HoldSince([&] { return scene.capture->State(); }, 0.3);
   std::this_thread::sleep_for(150ms);
   EXPECT_NE(scene.worker->Latest()->gate, GateState::Off);
-  scene.clock.HoldSince(*scene.capture, 0.5 - IntraoperativeWorker::kLook_s);
+  scene.clock.HoldSince([&] { return scene.capture->State(); },
+                        0.5 - IntraoperativeWorker::kLook_s);
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Off; }));
   EXPECT_NE(scene.worker->Latest()->reason.find("frozen"), std::string::npos);
   std::this_thread::sleep_for(1200ms);

@@ -5,8 +5,6 @@
 #include <mutex>
 #include <optional>
 
-#include "Session/IntraoperativeCapture.h"
-
 namespace kerf::testing {
 
 /// The clock of a capture, stopped where a test wants it: what it notices after half a second of
@@ -19,9 +17,11 @@ class HeldClock {
     return held_->at.value_or(Steady::now());
   }
   /// Stops where the last new picture is `silence_s` old.
-  void HoldSince(const IntraoperativeCapture& capture, double silence_s) {
+  /// @param state of the capture, asked for after the clock has stopped
+  template <class State>
+  void HoldSince(State state, double silence_s) {
     Hold((*this)());
-    const auto by = std::chrono::duration<double>(silence_s - capture.State().silence_s);
+    const auto by = std::chrono::duration<double>(silence_s - state().silence_s);
     Hold((*this)() + std::chrono::duration_cast<Steady::duration>(by));
   }
   void GoOn() {
