@@ -54,8 +54,13 @@ Source OpenResults(const std::string& folder) {
     if (!fs::exists(In(folder, name + ".vtp"))) break;
     source.surfaces.push_back({name, In(folder, name + ".vtp")});
   }
-  const std::string planned = In(folder, "case/segmentation.seg.nrrd");
-  if (fs::exists(planned)) source.segmentation = planned;
+  // Results have their case inside, a session (CASE/sessions/<time>) lies in it.
+  for (const fs::path& around :
+       {fs::path(folder) / "case", fs::weakly_canonical(folder).parent_path().parent_path()}) {
+    if (!source.segmentation.empty() || FolderFormat(around.string()) != "kerf-case") continue;
+    const CaseFolder planned = CaseFolder::Open(around.string(), false);
+    if (planned.Has("segmentation")) source.segmentation = planned.Path("segmentation");
+  }
   return source;
 }
 
