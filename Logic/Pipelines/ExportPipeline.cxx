@@ -55,12 +55,13 @@ Source OpenResults(const std::string& folder) {
     source.surfaces.push_back({name, In(folder, name + ".vtp")});
   }
   // Results have their case inside, a session (CASE/sessions/<time>) lies in it.
-  for (const fs::path& around :
-       {fs::path(folder) / "case", fs::weakly_canonical(folder).parent_path().parent_path()}) {
-    if (!source.segmentation.empty() || FolderFormat(around.string()) != "kerf-case") continue;
-    const CaseFolder planned = CaseFolder::Open(around.string(), false);
-    if (planned.Has("segmentation")) source.segmentation = planned.Path("segmentation");
-  }
+  const fs::path around = fs::weakly_canonical(folder).parent_path().parent_path();
+  std::vector<std::string> cases{In(folder, "case")};
+  if (FolderFormat(around.string()) == "kerf-case") cases.push_back(around.string());
+  for (const std::string& planned : cases)
+    if (const std::string file = In(planned, "segmentation.seg.nrrd");
+        source.segmentation.empty() && fs::exists(file))
+      source.segmentation = file;
   return source;
 }
 

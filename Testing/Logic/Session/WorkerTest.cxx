@@ -108,6 +108,7 @@ struct Scene {
     parts.sink = std::make_unique<LogSink>(log);
     worker = std::make_unique<IntraoperativeWorker>(std::move(parts));
   }
+  ~Scene() { *stuck = *hang = false; }  // whatever failed, the worker can end
   template <class F>
   bool Sees(double seconds, F condition) {
     return Within(seconds, [&] {

@@ -1,6 +1,7 @@
 // What a session loses and what it does not: the source pulled, the registration stuck, the process
 // killed. With real events.
 #include <QProcess>
+#include <QScopeGuard>
 #include <atomic>
 #include <csignal>
 #include <set>
@@ -198,6 +199,7 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
   MjpegServer camera([&](int n) { return Stamped(pictures[n % pictures.size()], n); });
   std::atomic<bool> stuck{false};
   Page page;
+  const auto freed = qScopeGuard([&] { stuck = false; });  // whatever fails, the session can end
   page.widget->Desk().SetTrackerMaker([&] { return std::make_unique<StickingTracker>(&stuck); });
   page.widget->OpenCase(case_);
   page.widget->OpenSource(QString::fromStdString(camera.Url()));
