@@ -51,12 +51,13 @@ Alignment FeatureRecognition::Align(const TrackerImages& image, const FeatureTra
 }
 
 std::optional<Sighting> FeatureRecognition::Find(const TrackerImages& image,
-                                                 const FeatureTrack& track) const {
+                                                 const FeatureTrack& track,
+                                                 const AffineWarp& place) const {
   AffineWarp best;
   float best_correlation = 0.5F;
-  for (int dy = -6; dy <= 6; dy += 3)
-    for (int dx = -6; dx <= 6; dx += 3) {
-      AffineWarp warp = track.warp;
+  for (int dy = -kReach_px; dy <= kReach_px; dy += 3)
+    for (int dx = -kReach_px; dx <= kReach_px; dx += 3) {
+      AffineWarp warp = place;
       warp.t += Eigen::Vector2f(static_cast<float>(dx), static_cast<float>(dy)) - image.Origin();
       const Alignment seen = Align(image, track, 0, &warp);
       if (seen.valid && seen.correlation > best_correlation) {
@@ -69,7 +70,7 @@ std::optional<Sighting> FeatureRecognition::Find(const TrackerImages& image,
   const float wanted = 0.5F * usual_correlation_ + 0.5F * AcceptFrom();
   if (!seen.valid || seen.correlation < wanted || seen.used < 0.7F) return {};
   best.t += image.Origin();
-  if ((best.t - track.warp.t).norm() > 9) return {};
+  if ((best.t - place.t).norm() > 1.5F * kReach_px) return {};
   return Sighting{best, seen.correlation};
 }
 

@@ -17,7 +17,8 @@ struct FeatureTrack {
   Eigen::Vector2f birth{0, 0};  ///< where it was taken
   int generation = 0;           ///< number of the detection that found it
   FeatureStatus status = FeatureStatus::Lost;
-  int alone = 0;  ///< frames since the reference patch was last recognized
+  int alone = 0;     ///< frames since the reference patch was last recognized
+  int searches = 0;  ///< how often it has been looked for
   float correlation = 1;
 };
 
@@ -42,9 +43,12 @@ class FeatureRecognition {
   /// A feature that was not recognized lives on Lucas–Kanade for a few frames, if that agrees with
   /// itself.
   void FollowAlone(bool consistent, const Eigen::Vector2f& flow, FeatureTrack* track) const;
-  /// Looks for a feature around where it should be (its warp): a coarse search, then alignment.
-  /// Stricter than Settle.
-  std::optional<Sighting> Find(const TrackerImages& image, const FeatureTrack& track) const;
+  /// How far around a place Find looks to either side.
+  static constexpr int kReach_px = 6;
+  /// Looks for a feature around a place where it may be: a coarse search, then alignment. Stricter
+  /// than Settle.
+  std::optional<Sighting> Find(const TrackerImages& image, const FeatureTrack& track,
+                               const AffineWarp& place) const;
   /// The usual correlation follows the median of a frame's. @param correlations of the features
   /// that could be seen
   void Learn(std::vector<float> correlations);

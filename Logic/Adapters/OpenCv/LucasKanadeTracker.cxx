@@ -282,13 +282,29 @@ class LucasKanadeTracker : public VideoTracker {
     tbb::parallel_for(0, tries, [&](int k) { FindAgain(turn[k], views); });
   }
 
+  /// Where to look for a feature that is not seen: in turn where the model or the neighbours
+  /// together expect it, and where each of the nearest does, if that is somewhere else. Beside an
+  /// opening the neighbours disagree, and a model that is not cut there yet is wrong on both of its
+  /// sides.
+  AffineWarp PlaceToLook(int row, const std::vector<NeighbourView>& views) {
+    FeatureTrack& track = tracks_[row];
+    const int turn = track.searches++ % (1 + kNeighboursAsked);
+    AffineWarp place = track.warp;
+    AffineWarp other;
+    if (turn > 0 && neighbours_.ExpectedBy(turn - 1, row, views, &other) &&
+        (other.t - place.t).norm() > FeatureRecognition::kReach_px)
+      place = other;
+    return place;
+  }
+
   void FindAgain(int row, const std::vector<NeighbourView>& views) {
     FeatureTrack* track = &tracks_[row];
-    if (!current_.Inside(track->warp.t, 2) || current_.InstrumentAt(track->warp.t)) {
+    const AffineWarp place = PlaceToLook(row, views);
+    if (!current_.Inside(place.t, 2) || current_.InstrumentAt(place.t)) {
       track->status = FeatureStatus::Occluded;
       return;
     }
-    const std::optional<Sighting> seen = recognition_.Find(current_, *track);
+    const std::optional<Sighting> seen = recognition_.Find(current_, *track, place);
     if (!seen) return;
     NeighbourView view = views[row];
     view.now = seen->warp.t;
@@ -299,6 +315,8 @@ class LucasKanadeTracker : public VideoTracker {
     track->correlation = seen->correlation;
     track->status = FeatureStatus::Tracked;
   }
+
+  static constexpr int kNeighboursAsked = 3;
 
   TrackerOptions options_;
   TrackerImages previous_, current_;

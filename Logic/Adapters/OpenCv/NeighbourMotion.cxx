@@ -89,4 +89,17 @@ bool NeighbourMotion::Expected(int row, const std::vector<NeighbourView>& featur
   return true;
 }
 
+bool NeighbourMotion::ExpectedBy(int nth, int row, const std::vector<NeighbourView>& features,
+                                 AffineWarp* place) const {
+  for (const int j : neighbours_[row]) {
+    if (!features[j].seen || nth-- > 0) continue;
+    NeighbourView hidden = features[row];
+    hidden.shape = features[j].shape;
+    place->A = hidden.shape;
+    place->t = features[j].now + Offset(features[j], hidden);
+    return true;
+  }
+  return false;
+}
+
 }  // namespace kerf

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "Adapters/OpenCv/PatchAligner.h"
+
 /// Inside this component only: what the neighbours of a feature say about it. Neighbours are chosen
 /// where the features were first seen, among those of the same frame: on the tissue they stay
 /// neighbours when it is cut.
@@ -34,6 +36,10 @@ class NeighbourMotion {
   /// neighbours that are.
   /// @return false where too few are seen
   bool Expected(int row, const std::vector<NeighbourView>& features, Eigen::Vector2f* place) const;
+  /// Where the nearest, second nearest … of the neighbours that are seen alone expects it, and how
+  /// deformed. @param nth from 0. @return false where fewer are seen
+  bool ExpectedBy(int nth, int row, const std::vector<NeighbourView>& features,
+                  AffineWarp* place) const;
 
  private:
   std::vector<std::vector<int>> neighbours_;  ///< nearest first

@@ -353,6 +353,40 @@ TEST(Tracking, PredictionBringsLostFeaturesBackAfterAJump) {
   EXPECT_GT(right, 0.9 * features.Size());
 }
 
+TEST(Tracking, WhatAnInstrumentHidBesideAnOpeningIsFoundAgain) {
+  // Both halves part while their lips are hidden. The model is not cut: it expects them in the
+  // middle, and on each side the neighbours know better.
+  const cv::Mat picture = Tissue(kWidth, kHeight, 9);
+  const auto tracker = MakeFeatureTracker();
+  FeatureSet features = tracker->Detect(MakeFrame(0, picture), FullMask(kWidth, kHeight, 40), 150);
+  const Pixels start = features.pixels;
+  const cv::Rect hidden(kWidth / 2 - 45, 90, 90, 120);
+  constexpr int kParted = 24, kSeenAgain = 22, kFrames = 60;
+  int lost = 0;
+  for (int i = 1; i < kFrames; ++i) {
+    cv::Mat opened(kHeight, kWidth, CV_8UC3, cv::Scalar(30, 30, 60));
+    const int half = std::min(i, kParted);
+    picture.colRange(half, kWidth / 2).copyTo(opened.colRange(0, kWidth / 2 - half));
+    picture.colRange(kWidth / 2, kWidth - half).copyTo(opened.colRange(kWidth / 2 + half, kWidth));
+    if (i < kSeenAgain) opened(hidden).setTo(cv::Scalar(40, 50, 90));
+    tracker->Predict(start);
+    tracker->Track(MakeFrame(i, opened), &features);
+    if (i == kSeenAgain - 1)
+      lost = static_cast<int>(
+          std::count_if(features.status.begin(), features.status.end(),
+                        [](FeatureStatus status) { return status != FeatureStatus::Tracked; }));
+  }
+  int back = 0;
+  for (Index k = 0; k < features.Size(); ++k) {
+    if (features.status[k] != FeatureStatus::Tracked) continue;
+    const double side = start(k, 0) > kWidth / 2.0 ? 1 : -1;
+    EXPECT_NEAR(features.pixels(k, 0), start(k, 0) + side * kParted, 1.5) << start.row(k);
+    ++back;
+  }
+  EXPECT_GT(lost, 12);
+  EXPECT_GT(back, features.Size() - lost / 3);
+}
+
 TEST(Tracking, ReplenishFillsNewSurfaceAndKeepsRows) {
   const cv::Mat picture = Tissue(kWidth, kHeight, 13);
   const auto tracker = MakeFeatureTracker();
