@@ -181,7 +181,7 @@ TEST(NegativeTwins, AToolBeforeTheOrganIsNoCut) {
     cv::rectangle(*picture, {0, 0}, {right, kHeight}, cv::Scalar(90, 90, 90), cv::FILLED);
   });
   EXPECT_EQ(outcome.cuts, 0);
-  // As soon as it hides a third of the organ; off when it has come to rest over two thirds.
+  // Once it hides half of the organ; off when it has come to rest over four fifths.
   EXPECT_GE(outcome.Warned(25, 45), 0.9);
   EXPECT_GE(outcome.Warned(25, 28, "features were lost in a part of the organ"), 0.6);
   EXPECT_GE(outcome.Warned(30, 45, "too few features agree with the model"), 0.9);

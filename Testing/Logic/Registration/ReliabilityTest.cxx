@@ -186,7 +186,7 @@ TEST_F(ReliabilityTest, TheBoundsHoldForABendATurnAndAWrongSize) {
   }
 }
 
-/// A patch of a few features, wherever it lies, amid others that fit: no mean shows it.
+/// A patch of a dozen features, wherever it lies, amid others that fit: no mean shows it.
 TEST_F(ReliabilityTest, APatchThatIsOffBy5mmIsNotGreen) {
   for (const Vec3& middle : {Vec3(0, 0, -6), Vec3(22, 6, -6), Vec3(-34, 14, -6), Vec3(36, 0, -6)})
     for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-0.6, 0.8, 0)}) {
