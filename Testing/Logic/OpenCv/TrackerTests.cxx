@@ -384,7 +384,7 @@ TEST(Tracking, WhatAnInstrumentHidBesideAnOpeningIsFoundAgain) {
     ++back;
   }
   EXPECT_GT(lost, 12);
-  EXPECT_GT(back, features.Size() - lost / 3);
+  EXPECT_GT(back, features.Size() - lost / 2);
 }
 
 TEST(Tracking, ReplenishFillsNewSurfaceAndKeepsRows) {
