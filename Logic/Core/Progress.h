@@ -24,7 +24,8 @@ class Progress {
   }
 };
 
-/// Maps the 0..1 of a part of a job into [begin, end] of the whole; `of` stands before its phrases.
+/// Maps the 0..1 of a part of a job into [begin, end] of the whole; `of` stands before its phrases
+/// and warnings.
 class SubProgress : public Progress {
  public:
   SubProgress(Progress& parent, double begin, double end, std::string of = "")
@@ -32,7 +33,7 @@ class SubProgress : public Progress {
   void Report(double fraction, const std::string& what) override {
     parent_.Report(begin_ + (end_ - begin_) * fraction, of_.empty() ? what : of_ + what);
   }
-  void Warn(const std::string& message) override { parent_.Warn(message); }
+  void Warn(const std::string& message) override { parent_.Warn(of_ + message); }
   bool IsCancelled() const override { return parent_.IsCancelled(); }
 
  private:

@@ -135,11 +135,16 @@ const char* ToString(PhantomScenario scenario) {
   return "";
 }
 
+bool IsKidney(PhantomScenario scenario) {
+  return scenario != PhantomScenario::BandCut && scenario != PhantomScenario::BandThrough &&
+         scenario != PhantomScenario::BandStretch;
+}
+
 PhantomSetup MakePhantomSetup(PhantomScenario scenario, std::uint32_t seed) {
   PhantomSetup setup;
   setup.scenario = scenario;
   setup.seed = seed;
-  if (std::string(ToString(scenario)).rfind("kidney", 0) == 0) {
+  if (IsKidney(scenario)) {
     SetUpKidney(&setup);
     setup.motion.entry_y_mm = KidneyEntryY_mm(setup.motion.sheet_x_mm);
   } else {

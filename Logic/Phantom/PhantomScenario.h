@@ -26,6 +26,7 @@ inline constexpr std::array kPhantomScenarios{
 /// One of the names of ToString; @throws UsageError on anything else
 PhantomScenario ParsePhantomScenario(const std::string& name);
 const char* ToString(PhantomScenario scenario);
+bool IsKidney(PhantomScenario scenario);  ///< otherwise a band
 
 /// How the organ moves. Times in frames; lengths in the organ's own axes (x long, y from the entry
 /// edge across, z up).

@@ -49,9 +49,11 @@ std::unique_ptr<OverlayRecorder> OverlayRecorder::Make(const ReplayRequest& requ
     return nullptr;
   }
   auto recorder = std::make_unique<OverlayRecorder>(camera);
-  if (request.drawing == ReplayRequest::Drawing::Video)
+  if (request.drawing == ReplayRequest::Drawing::Video) {
     recorder->writer_ = std::make_unique<VideoWriter>(
         request.results + "/overlay.mp4", camera.width, camera.height, frames_per_second);
+    if (!recorder->writer_->Message().empty()) progress.Warn(recorder->writer_->Message());
+  }
   return recorder;
 }
 

@@ -51,7 +51,7 @@ std::string Description(PhantomScenario scenario) {
       return "Synthetic kidney as kidney-cut, along a curve that bends by 13 mm towards the "
              "tumour.";
     case PhantomScenario::KidneyThrough:
-      return "Synthetic kidney as kidney-cut, cut through from border to border: two pieces.";
+      return "Synthetic kidney as kidney-cut, cut through from border to hilum: two pieces.";
     case PhantomScenario::KidneyNoCut:
       return "Synthetic kidney pulled, bent and twisted without a cut: every detected cut is "
              "false.";

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/Ffmpeg/VideoWriter.h"
+#include "Adapters/Itk/VolumeFiles.h"
 #include "Adapters/Rendering/ImageEncoding.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/Csv.h"
@@ -213,6 +213,7 @@ PhantomResult MakePhantom(const PhantomRequest& request, Progress& progress) {
   FeatureFiles feature_files(folder, setup, features);
   VideoWriter video(folder / "video.mp4", setup.camera.width, setup.camera.height,
                     setup.frames_per_second);
+  if (!video.Message().empty()) progress.Warn(video.Message());
   std::size_t next = 0;
   for (int frame = 0; frame < setup.frame_count; ++frame) {
     progress.ThrowIfCancelled();

@@ -122,6 +122,8 @@ JournalData Parameters(const ReplayRequest& request) {
                    {"outliers", m.outliers},
                    {"cut_radius_mm", m.cut_radius_mm},
                    {"steps_per_frame", m.steps_per_frame},
+                   {"grips", m.grips},
+                   {"outline", request.outline},
                    {"tracks", request.tracks ? "table" : "video"}};
   if (m.extrusion)
     data.push_back({"extrusion_lps",
@@ -290,7 +292,10 @@ ReplayResult Replay(const ReplayRequest& original, Progress& progress) {
     }
     if (!frame) break;
     const double capture_ms = Since_ms(start);
-    last = session.Process(*frame);
+    // Perfect tracks stand in for the picture, which is drawn on alone then.
+    Frame seen = *frame;
+    if (request.tracks) seen.image = nullptr;
+    last = session.Process(seen);
     double render_ms = 0.0;
     if (recorder) {
       const auto render_start = Clock::now();

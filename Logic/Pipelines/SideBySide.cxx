@@ -4,6 +4,7 @@
 #include <exception>
 #include <mutex>
 #include <numeric>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -67,7 +68,10 @@ void RunSideBySide(int count, int jobs, const std::function<void(int, Progress&)
     }
   };
   std::vector<std::thread> others;
-  for (int i = 1; i < std::min(jobs, count); ++i) others.emplace_back(work);
+  try {
+    for (int i = 1; i < std::min(jobs, count); ++i) others.emplace_back(work);
+  } catch (const std::system_error&) {  // no more threads to be had: those there are do it
+  }
   work();
   for (std::thread& thread : others) thread.join();
   if (board.error) std::rethrow_exception(board.error);

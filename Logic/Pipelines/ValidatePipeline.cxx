@@ -9,6 +9,8 @@
 #include <set>
 #include <thread>
 
+#include "Adapters/Itk/VolumeFiles.h"
+#include "Adapters/OpenCv/VideoSource.h"
 #include "Adapters/Rendering/VirtualDisplay.h"
 #include "CaseIO/AtomicFile.h"
 #include "CaseIO/StudyFolder.h"
@@ -66,14 +68,14 @@ void RunOne(const ReplayRequest& request, ValidationRun* run, Progress& progress
       throw InputError(request.study, "features_2d.csv", "is missing, perfect tracks were wanted");
     SubProgress replaying(progress, 0.0, 0.9), judging(progress, 0.9, 1.0);
     run->replay = Replay(request, replaying);
-    if (run->replay.broken) progress.Warn(run->study + ": " + *run->replay.broken);
+    if (run->replay.broken) progress.Warn(*run->replay.broken);
     run->scores = EvaluateAgainstTruth(run->results, request.study, judging);
     WriteMetricsFile((fs::path(run->results) / "metrics.json").string(), &run->scores, nullptr);
   } catch (const Cancelled&) {
     throw;
   } catch (const std::exception& e) {
     run->error = e.what();
-    progress.Warn(run->study + ", " + run->variant.Name() + " failed: " + run->error);
+    progress.Warn(run->variant.Name() + " failed: " + run->error);
   }
 }
 
@@ -127,6 +129,17 @@ struct Shown {
   std::vector<std::pair<Image, std::string>> pictures;
 };
 
+/// Pictures are no reason to lose a run that is scored.
+void Draw(const std::string& study, Shown* shown, Progress& progress) {
+  try {
+    shown->pictures = PicturesOf(shown->run, study);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const std::exception& e) {
+    progress.Warn(shown->run.variant.Name() + ": no pictures: " + e.what());
+  }
+}
+
 void WritePages(const ValidateRequest& request, int jobs, const std::vector<Study>& studies,
                 const std::vector<std::optional<Shown>>& all) {
   const std::string& output = request.output;
@@ -156,9 +169,15 @@ void WritePages(const ValidateRequest& request, int jobs, const std::vector<Stud
   if (jobs > 1)
     page.Paragraph("Times a frame: " + std::to_string(jobs) +
                    " studies ran beside each other, alone they take less (--jobs 1).");
-  page.Heading("The last frames");
-  for (const auto& shown : all)
-    if (shown && !shown->pictures.empty()) page.Pictures(shown->pictures);
+  if (!request.grips || !request.outline)
+    page.Paragraph(std::string("For comparison:") + (request.grips ? "" : " without grips") +
+                   (request.outline ? "" : " initial poses as they are given"));
+  // With all of them at the end only: encoding takes its time.
+  if (runs.size() == all.size()) {
+    page.Heading("The last frames");
+    for (const auto& shown : all)
+      if (!shown->pictures.empty()) page.Pictures(shown->pictures);
+  }
   page.Heading("Errors over time");
   for (const auto& study : studies) {
     page.Figure(ErrorPlot(runs, study.name, "feature_mean", "mean feature error"));
@@ -185,7 +204,12 @@ void WritePages(const ValidateRequest& request, int jobs, const std::vector<Stud
     json.push_back(std::move(entry));
   }
   AtomicFile file(in("validation.json"));
-  file.Stream() << nlohmann::ordered_json({{"jobs", jobs}, {"runs", json}}).dump(1) << '\n';
+  file.Stream() << nlohmann::ordered_json({{"jobs", jobs},
+                                           {"grips", request.grips},
+                                           {"outline", request.outline},
+                                           {"runs", json}})
+                       .dump(1)
+                << '\n';
   file.Commit();
 }
 
@@ -202,8 +226,10 @@ std::vector<ValidationRun> Validate(const ValidateRequest& request, Progress& pr
             variants = static_cast<int>(request.variants.size());
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const int jobs = std::min(count, request.jobs > 0 ? request.jobs : cores);
-  // Asked before there are threads: it may set DISPLAY.
+  // What sets the environment or makes singletons comes before there are threads.
   if (request.drawing != ReplayRequest::Drawing::None) RenderingAvailable();
+  SilenceFfmpeg();
+  InitializeItk();
   std::vector<std::optional<Shown>> all(std::size_t(count) * variants);
   std::mutex pages;
   const auto study_job = [&](int s, Progress& share) {
@@ -220,8 +246,7 @@ std::vector<ValidationRun> Validate(const ValidateRequest& request, Progress& pr
       RunOne(RequestOf(request, study, run.variant, run.results, planned), &run, part);
       const std::string own_case = (fs::path(run.results) / "case").string();
       if (planned.empty() && fs::exists(fs::path(own_case) / "case.json")) planned = own_case;
-      if (request.drawing != ReplayRequest::Drawing::None)
-        shown.pictures = PicturesOf(run, study.root);
+      if (request.drawing != ReplayRequest::Drawing::None) Draw(study.root, &shown, part);
       run.replay.report.reset();  // its pictures are in its own report.html
       const std::lock_guard lock(pages);
       all[std::size_t(s) * variants + v] = std::move(shown);

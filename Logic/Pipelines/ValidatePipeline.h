@@ -23,7 +23,7 @@ struct ValidateRequest {
   std::string output;                ///< OUTPUT/<study>/<variant>/ are results folders
   std::vector<ValidationVariant> variants;
   std::optional<int> tetrahedra;
-  int threads = 0;  ///< of each run
+  int threads = 0;  ///< of all runs together; 0: all cores
   /// Studies that run beside each other; 0: one a core. Figures do not depend on it, times a frame
   /// do.
   int jobs = 0;

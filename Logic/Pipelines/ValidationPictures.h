@@ -11,8 +11,9 @@
 namespace kerf {
 
 /// The overlay in the last frame and the organ there, coloured by the distance of each vertex to
-/// the true surface, from the camera and from the side. Empty where nothing can be drawn or the
-/// last frame has no mesh. Safe from several threads.
+/// the true surface, from the camera and from the side. What cannot be had is left out:
+/// the overlay without a video, the organ without a mesh of that frame, all where nothing can be
+/// drawn. Safe from several threads.
 std::vector<std::pair<Image, std::string>> PicturesOf(const ValidationRun& run,
                                                       const std::string& study);
 

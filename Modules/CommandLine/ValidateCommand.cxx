@@ -78,7 +78,7 @@ void AddValidateCommand(CLI::App& app, CommandContext& context) {
                 "studies that run beside each other (0: one a core; 1: for times a frame)")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  c->add_option("--threads", context.threads, "threads of each run (0: all cores)")
+  c->add_option("--threads", context.threads, "threads of all runs together (0: all cores)")
       ->check(CLI::Range(0, 1024));
   c->add_option("--grips", a->grips, "take depth from inferred grips (kerf method)")
       ->check(CLI::IsMember({"on", "off"}))

@@ -10,8 +10,8 @@ add_library(kerf_itk INTERFACE)
 target_include_directories(kerf_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
 target_link_libraries(kerf_itk INTERFACE ${ITK_LIBRARIES})
 
-# FFmpeg's libraries. Names, not PkgConfig:: targets: an installed Kerf must find them without ours.
+# FFmpeg's libraries.
 pkg_check_modules(LIBAV REQUIRED libavformat>=59 libavcodec>=59 libswscale libavutil)
 add_library(kerf_libav INTERFACE)
-target_link_libraries(kerf_libav INTERFACE ${LIBAV_LIBRARIES})
+target_link_libraries(kerf_libav INTERFACE ${LIBAV_LINK_LIBRARIES})
 target_include_directories(kerf_libav SYSTEM INTERFACE ${LIBAV_INCLUDE_DIRS})

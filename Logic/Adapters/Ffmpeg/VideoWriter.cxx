@@ -1,5 +1,6 @@
 #include "Adapters/Ffmpeg/VideoWriter.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -22,8 +23,8 @@ constexpr int kThreads = 2;
 /// libx264's rate control by macroblock tree reads memory that nobody has written (version 164):
 /// the same frames give other files from run to run. Some of its AVX2 code rounds unlike the rest.
 constexpr const char* kSameEverywhere = "mbtree=0:cpu-independent=1";
-constexpr const char* kQuality = "23";  // libx264's own default
-constexpr int kMpeg4Quantizer = 3;
+constexpr const char* kQuality = "23";                    // libx264's own default
+constexpr int kMpeg4Quantizer = 3, kLargestRate = 65535;  // MPEG-4's clock has 16 bits
 
 struct Closing {
   void operator()(AVFormatContext* context) const {
@@ -76,14 +77,20 @@ Owned<AVCodecContext> OpenEncoder(const AVCodec* codec, int width, int height, A
 struct VideoWriter::Implementation {
   std::string path, part, message;
   int width = 0, height = 0, frames = 0;
-  AVPixelFormat format = AV_PIX_FMT_NONE;
   Owned<AVFormatContext> file;
   Owned<AVCodecContext> encoder;
-  Owned<AVFrame> picture;
+  Owned<AVFrame> source, picture;
   Owned<AVPacket> packet;
   Owned<SwsContext> conversion;
   AVStream* stream = nullptr;
-  bool finished = false;
+  bool begun = false, finished = false;
+
+  ~Implementation() {
+    if (!begun || finished) return;
+    file.reset();
+    std::error_code ignored;
+    fs::remove(part, ignored);
+  }
 
   void Check(int status, const std::string& what) const {
     if (status < 0) throw InputError(path, what, "cannot be written: " + Explanation(status));
@@ -106,19 +113,35 @@ struct VideoWriter::Implementation {
 
   void Convert(const Image& image) {
     const AVPixelFormat wanted = image.channels == 1 ? AV_PIX_FMT_GRAY8 : AV_PIX_FMT_BGR24;
-    if (wanted != format) {
-      format = wanted;
+    if (!source || source->format != wanted) {
+      source.reset();
+      Owned<AVFrame> fresh = NewFrame(wanted);
       // Bit-exact: the same picture from every processor's instructions.
       conversion.reset(sws_getContext(encoder->width, encoder->height, wanted, encoder->width,
                                       encoder->height, AV_PIX_FMT_YUV420P,
                                       SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, nullptr,
                                       nullptr, nullptr));
       if (!conversion) Check(AVERROR(ENOMEM), "");
+      source = std::move(fresh);
     }
+    // Copied: swscale reads a few bytes beyond the end of a row.
+    const std::size_t row = std::size_t(encoder->width) * image.channels;
+    for (int y = 0; y < encoder->height; ++y)
+      std::copy_n(image.data.data() + std::size_t(y) * image.width * image.channels, row,
+                  source->data[0] + std::ptrdiff_t(y) * source->linesize[0]);
     Check(av_frame_make_writable(picture.get()), "");
-    const std::uint8_t* rows[] = {image.data.data()};
-    const int stride[] = {image.width * image.channels};
-    sws_scale(conversion.get(), rows, stride, 0, encoder->height, picture->data, picture->linesize);
+    sws_scale(conversion.get(), source->data, source->linesize, 0, encoder->height, picture->data,
+              picture->linesize);
+  }
+
+  Owned<AVFrame> NewFrame(AVPixelFormat format) const {
+    Owned<AVFrame> frame(av_frame_alloc());
+    if (!frame) Check(AVERROR(ENOMEM), "");
+    frame->format = format;
+    frame->width = encoder->width;
+    frame->height = encoder->height;
+    Check(av_frame_get_buffer(frame.get(), 0), "");
+    return frame;
   }
 };
 
@@ -133,10 +156,11 @@ VideoWriter::VideoWriter(const std::string& path, int width, int height, double 
   const fs::path target(path);
   self.part = (target.parent_path() / (target.stem().string() + ".part.mp4")).string();
 
+  const std::string url = "file:" + self.part;  // a colon in a name is no protocol
   AVFormatContext* file = nullptr;
-  self.Check(avformat_alloc_output_context2(&file, nullptr, "mp4", self.part.c_str()), "");
+  self.Check(avformat_alloc_output_context2(&file, nullptr, "mp4", url.c_str()), "");
   self.file.reset(file);
-  const AVRational rate = av_d2q(frames_per_second, 100000);
+  const AVRational rate = av_d2q(frames_per_second, kLargestRate);
   const bool global_header = file->oformat->flags & AVFMT_GLOBALHEADER;
   const auto open = [&](const AVCodec* codec) {
     self.encoder = OpenEncoder(codec, width & ~1, height & ~1, rate, global_header);
@@ -145,28 +169,23 @@ VideoWriter::VideoWriter(const std::string& path, int width, int height, double 
   if (!open(avcodec_find_encoder_by_name("libx264"))) {
     if (!open(avcodec_find_encoder(AV_CODEC_ID_MPEG4)))
       throw InputError(path, "", "neither an H.264 nor an MPEG-4 encoder could be opened");
-    self.message = path + ": no H.264 encoder was found, MPEG-4 part 2 is used instead";
+    self.message = path + ": H.264 could not be had (libx264), MPEG-4 part 2 is used instead";
   }
   self.stream = avformat_new_stream(file, nullptr);
+  if (!self.stream) self.Check(AVERROR(ENOMEM), "");
   self.stream->time_base = self.encoder->time_base;
   self.stream->avg_frame_rate = rate;
   self.Check(avcodec_parameters_from_context(self.stream->codecpar, self.encoder.get()), "");
-  self.picture.reset(av_frame_alloc());
-  self.picture->format = AV_PIX_FMT_YUV420P;
-  self.picture->width = self.encoder->width;
-  self.picture->height = self.encoder->height;
-  self.Check(av_frame_get_buffer(self.picture.get(), 0), "");
+  self.picture = self.NewFrame(AV_PIX_FMT_YUV420P);
+  self.picture->quality = self.encoder->global_quality;
   self.packet.reset(av_packet_alloc());
-  self.Check(avio_open(&file->pb, self.part.c_str(), AVIO_FLAG_WRITE), "");
+  if (!self.packet) self.Check(AVERROR(ENOMEM), "");
+  self.Check(avio_open(&file->pb, url.c_str(), AVIO_FLAG_WRITE), "");
+  self.begun = true;
   self.Check(avformat_write_header(file, nullptr), "");
 }
 
-VideoWriter::~VideoWriter() {
-  if (implementation_->finished) return;
-  implementation_->file.reset();
-  std::error_code ignored;
-  fs::remove(implementation_->part, ignored);
-}
+VideoWriter::~VideoWriter() = default;
 
 void VideoWriter::Write(const Image& image) {
   Implementation& self = *implementation_;
@@ -176,6 +195,9 @@ void VideoWriter::Write(const Image& image) {
                      "the image is " + std::to_string(image.width) + " x " +
                          std::to_string(image.height) + ", the video " +
                          std::to_string(self.width) + " x " + std::to_string(self.height));
+  if ((image.channels != 1 && image.channels != 3) ||
+      image.data.size() != std::size_t(image.width) * image.height * image.channels)
+    throw InputError(self.path, name, "the image is neither grey nor BGR");
   self.Convert(image);
   self.picture->pts = self.frames;
   self.Encode(self.picture.get(), name);

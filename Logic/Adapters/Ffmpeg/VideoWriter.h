@@ -20,7 +20,7 @@ class VideoWriter {
   VideoWriter& operator=(const VideoWriter&) = delete;
 
   /// @param image BGR or grey, of the writer's size. @throws InputError naming the frame when the
-  /// size differs or the frame cannot be written (a full disk)
+  /// size or the channels differ or it cannot be written (a full disk)
   void Write(const Image& image);
   /// Completes the file and gives it its name. @throws InputError when it could not be completed
   void Finish();

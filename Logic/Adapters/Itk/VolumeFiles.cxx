@@ -2,6 +2,7 @@
 
 #include <itkImageFileReader.h>
 #include <itkImageFileWriter.h>
+#include <itkObjectFactoryBase.h>
 
 #include <algorithm>
 #include <cmath>
@@ -108,5 +109,7 @@ void WriteLabelMap(const std::string& path, const LabelMap& labels) {
   }
   Write<std::uint8_t>(path, labels.grid, *labels.voxels);
 }
+
+void InitializeItk() { itk::ObjectFactoryBase::GetRegisteredFactories(); }
 
 }  // namespace kerf

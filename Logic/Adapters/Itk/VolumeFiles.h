@@ -39,6 +39,10 @@ struct SeriesInfo {
 Volume ReadVolume(const std::string& path, const VolumeReadOptions& options, Progress& progress);
 Volume ReadVolume(const std::string& path);
 
+/// Makes ITK's object factories, which two threads must not do at the same moment: call it before
+/// there are threads that read volumes.
+void InitializeItk();
+
 /// Series of a DICOM folder, sorted by name. @throws InputError when there is none
 std::vector<SeriesInfo> ListSeries(const std::string& folder, Progress& progress);
 

@@ -300,10 +300,11 @@ class LucasKanadeTracker : public VideoTracker {
   void FindAgain(int row, const std::vector<NeighbourView>& views) {
     FeatureTrack* track = &tracks_[row];
     const AffineWarp place = PlaceToLook(row, views);
-    if (!current_.Inside(place.t, 2) || current_.InstrumentAt(place.t)) {
-      track->status = FeatureStatus::Occluded;
-      return;
-    }
+    const auto hidden = [&](const Eigen::Vector2f& at) {
+      return !current_.Inside(at, 2) || current_.InstrumentAt(at);
+    };
+    if (hidden(track->warp.t)) track->status = FeatureStatus::Occluded;
+    if (hidden(place.t)) return;
     const std::optional<Sighting> seen = recognition_.Find(current_, *track, place);
     if (!seen) return;
     NeighbourView view = views[row];

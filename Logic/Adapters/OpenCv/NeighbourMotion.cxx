@@ -17,6 +17,12 @@ Eigen::Vector2f Offset(const NeighbourView& a, const NeighbourView& b) {
   return 0.5F * (a.shape + b.shape) * (b.birth - a.birth);
 }
 
+/// Where `neighbour` expects one that is not seen: as far away as at birth, deformed as it is
+/// itself.
+Eigen::Vector2f SuggestedBy(const NeighbourView& neighbour, const NeighbourView& unseen) {
+  return neighbour.now + neighbour.shape * (unseen.birth - neighbour.birth);
+}
+
 }  // namespace
 
 void NeighbourMotion::Build(const std::vector<NeighbourView>& features) {
@@ -73,9 +79,7 @@ bool NeighbourMotion::Expected(int row, const std::vector<NeighbourView>& featur
   std::vector<float> u, v;
   for (const int j : neighbours_[row]) {
     if (!features[j].seen || u.size() == kAsked) continue;
-    NeighbourView hidden = features[row];
-    hidden.shape = features[j].shape;
-    const Eigen::Vector2f suggested = features[j].now + Offset(features[j], hidden);
+    const Eigen::Vector2f suggested = SuggestedBy(features[j], features[row]);
     u.push_back(suggested.x());
     v.push_back(suggested.y());
   }
@@ -91,12 +95,10 @@ bool NeighbourMotion::Expected(int row, const std::vector<NeighbourView>& featur
 
 bool NeighbourMotion::ExpectedBy(int nth, int row, const std::vector<NeighbourView>& features,
                                  AffineWarp* place) const {
+  int seen = 0;
   for (const int j : neighbours_[row]) {
-    if (!features[j].seen || nth-- > 0) continue;
-    NeighbourView hidden = features[row];
-    hidden.shape = features[j].shape;
-    place->A = hidden.shape;
-    place->t = features[j].now + Offset(features[j], hidden);
+    if (!features[j].seen || seen++ < nth) continue;
+    *place = {features[j].shape, SuggestedBy(features[j], features[row])};
     return true;
   }
   return false;

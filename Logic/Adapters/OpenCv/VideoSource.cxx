@@ -102,8 +102,7 @@ class StreamSource : public CheckedSource {
  public:
   StreamSource(const std::string& path, const VideoOptions& options, bool live)
       : CheckedSource(path, options) {
-    // FFmpeg's own complaints go to stderr without a file name; ours name file and frame.
-    setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+    SilenceFfmpeg();
     const bool device = path.rfind("/dev/", 0) == 0;
     std::vector<int> parameters;
     // A stream that has gone silent is given up early, so that it can be opened anew.
@@ -222,5 +221,7 @@ std::unique_ptr<VideoSource> OpenVideo(const std::string& path, const VideoOptio
   source->Check();
   return source;
 }
+
+void SilenceFfmpeg() { setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0); }
 
 }  // namespace kerf

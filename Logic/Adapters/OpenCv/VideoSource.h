@@ -36,4 +36,8 @@ class VideoSource : public FrameSource {
 ///   `Next` throws it when the size changes from one frame to the next
 std::unique_ptr<VideoSource> OpenVideo(const std::string& path, const VideoOptions& options = {});
 
+/// FFmpeg's own complaints go to stderr without a file name; ours name file and frame. Sets an
+/// environment variable the first time: call it before there are threads that open videos.
+void SilenceFfmpeg();
+
 }  // namespace kerf

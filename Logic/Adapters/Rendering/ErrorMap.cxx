@@ -18,11 +18,17 @@
 #include <vtkTextProperty.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "Adapters/Rendering/DisplayProbe.h"
 #include "Adapters/Rendering/VirtualDisplay.h"
+
+// As in GeometryBuffers.cxx: whoever links this alone has VTK's factories, too.
+#include <vtkAutoInit.h>
+VTK_MODULE_INIT(vtkRenderingOpenGL2)
+VTK_MODULE_INIT(vtkRenderingFreeType)
 
 namespace kerf {
 namespace {

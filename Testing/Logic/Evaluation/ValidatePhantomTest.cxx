@@ -26,7 +26,7 @@ TEST(ValidatePhantom, StudiesBesideEachOtherGiveTheSameBitsAndAPageWithPictures)
     fs::create_directory_symlink(phantom, fs::path(folder / name));
   ValidateRequest request;
   request.studies = {folder / "one", folder / "two"};
-  request.variants = {{Method::Kerf, true, true}};
+  request.variants = {{Method::Kerf, true, true}, {Method::Kerf, true, false}};
   request.tetrahedra = 2000;
   Progress silent;
   std::vector<ValidationRun> runs[2];
@@ -34,9 +34,9 @@ TEST(ValidatePhantom, StudiesBesideEachOtherGiveTheSameBitsAndAPageWithPictures)
     request.jobs = jobs;
     request.output = folder / ("jobs" + std::to_string(jobs));
     runs[jobs - 1] = Validate(request, silent);
-    ASSERT_EQ(runs[jobs - 1].size(), 2u);
+    ASSERT_EQ(runs[jobs - 1].size(), 4u);
   }
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 4; ++i) {
     ASSERT_EQ(runs[0][i].error, "");
     EXPECT_EQ(runs[0][i].study, runs[1][i].study);
     EXPECT_EQ(runs[0][i].scores.final_values, runs[1][i].scores.final_values);
@@ -52,7 +52,7 @@ TEST(ValidatePhantom, StudiesBesideEachOtherGiveTheSameBitsAndAPageWithPictures)
   EXPECT_THAT(folder.Read("jobs1/validation.html"), Not(HasSubstr("beside each other")));
   if (!RenderingAvailable()) GTEST_SKIP() << "no pictures: nothing can be drawn here";
   const std::regex picture("data:image/jpeg");
-  EXPECT_EQ(std::distance(std::sregex_iterator(page.begin(), page.end(), picture), {}), 2 * 3)
+  EXPECT_EQ(std::distance(std::sregex_iterator(page.begin(), page.end(), picture), {}), 4 * 3)
       << "of each run the overlay and the errors from two sides";
   EXPECT_FALSE(fs::exists(folder / "jobs2/one/kerf-tracks-cut/overlay.mp4"));
 }

@@ -123,11 +123,29 @@ TEST(PhantomMotion, ACompleteCutPartsTheBodyFromEdgeToEdge) {
     EXPECT_LT(far, setup.motion.final_depth_mm) << "the line ends where the body does";
     EXPECT_GT(far, 29.0);
     EXPECT_GT(motion.Opening_mm(far, 149), 5.0);
+    const PhantomAnatomy anatomy = BuildPhantomAnatomy(setup);
+    const PhantomSurfaceAtFrame organ = OrganAtFrame(anatomy, motion, 149);
+    double left = -1e9, right = 1e9;  // the pieces, along the pull
+    for (std::size_t p = 0; p < organ.pid.size(); ++p) {
+      const Vec3 rest = anatomy.organ.points.row(organ.pid[p]);
+      const double from_sheet = organ.mesh.points(p, 0) - motion.SheetX_mm(rest.y());
+      if (anatomy.organ_region[organ.pid[p]] == 0)
+        left = std::max(left, from_sheet);
+      else
+        right = std::min(right, from_sheet);
+    }
+    EXPECT_GT(right - left, 4.0) << "nothing holds them together";
     for (Index i = 0; i < line.rows(); ++i)
       if (setup.is_kidney) {
         EXPECT_NEAR(KidneyOrgan(line.row(i)), 0.0, 0.05);
       }
   }
+}
+
+TEST(PhantomMotion, TheCurvedCutBends) {
+  const PhantomSetup setup = MakePhantomSetup(PhantomScenario::KidneyCurved, 1);
+  const Points line = CutLine(setup, PhantomMotion(setup.motion), setup.motion.final_depth_mm);
+  EXPECT_NEAR(line(line.rows() - 1, 0) - line(0, 0), 13.5, 0.5);
 }
 
 TEST(PhantomMotion, NegativesHaveNoCut) {

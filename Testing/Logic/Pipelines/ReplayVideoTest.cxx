@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Ffmpeg/VideoWriter.h"
+#include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"

@@ -10,8 +10,8 @@
 #include <QTemporaryDir>
 #include <cstdio>
 
-#include "Adapters/OpenCv/VideoSource.h"
 #include "Adapters/Ffmpeg/VideoWriter.h"
+#include "Adapters/OpenCv/VideoSource.h"
 #include "Application/qKerfApplicationHost.h"
 #include "Application/qKerfMainWindow.h"
 #include "CaseIO/CaseFolder.h"

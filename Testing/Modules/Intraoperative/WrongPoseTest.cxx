@@ -7,9 +7,9 @@
 #include <fstream>
 #include <iostream>
 
+#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/VideoSource.h"
-#include "Adapters/Ffmpeg/VideoWriter.h"
 #include "CaseIO/JournalRead.h"
 #include "Pipelines/EvaluatePipeline.h"
 #include "Pipelines/ReplayPipeline.h"
