@@ -190,7 +190,7 @@ std::size_t BytesInUse() {
   return info.uordblks + info.hblkhd;
 }
 
-// docs/performance.md: 6 MB of coarse level, its room to grow included, and 250 bytes per
+// docs/performance.md: 6 MB of coarse level, its room to grow included, and 330 bytes per
 // tetrahedron, the solver's copy of the mesh included.
 TEST(SolverProperties, MemoryIsWhatIsStated) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
