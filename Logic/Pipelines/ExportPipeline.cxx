@@ -41,6 +41,28 @@ Source OpenCase(const std::string& folder) {
   return source;
 }
 
+/// The label map that was planned on; empty where there is none. The manifest tells its name; where
+/// there is no manifest, it is the usual one.
+std::string PlannedLabels(const std::string& case_folder) {
+  if (FolderFormat(case_folder) == "kerf-case") {
+    const CaseFolder opened = CaseFolder::Open(case_folder, false);
+    return opened.Has("segmentation") ? opened.Path("segmentation") : std::string();
+  }
+  const std::string usual = In(case_folder, "segmentation.seg.nrrd");
+  return fs::is_regular_file(usual) ? usual : std::string();
+}
+
+/// The case in which a session lies (CASE/sessions/<time>); empty for other results, which may lie
+/// anywhere, in another patient's case, too.
+std::string CaseOfSession(const std::string& folder) {
+  const fs::path session = fs::canonical(folder), sessions = session.parent_path();
+  const fs::path around = sessions.parent_path();
+  const bool recorded = fs::is_regular_file(session / "session.json") &&
+                        sessions.filename() == "sessions" &&
+                        FolderFormat(around.string()) == "kerf-case";
+  return recorded ? around.string() : std::string();
+}
+
 Source OpenResults(const std::string& folder) {
   Source source;
   source.deformed = true;
@@ -54,14 +76,8 @@ Source OpenResults(const std::string& folder) {
     if (!fs::exists(In(folder, name + ".vtp"))) break;
     source.surfaces.push_back({name, In(folder, name + ".vtp")});
   }
-  // Results have their case inside, a session (CASE/sessions/<time>) lies in it.
-  const fs::path around = fs::weakly_canonical(folder).parent_path().parent_path();
-  std::vector<std::string> cases{In(folder, "case")};
-  if (FolderFormat(around.string()) == "kerf-case") cases.push_back(around.string());
-  for (const std::string& planned : cases)
-    if (const std::string file = In(planned, "segmentation.seg.nrrd");
-        source.segmentation.empty() && fs::exists(file))
-      source.segmentation = file;
+  source.segmentation = PlannedLabels(In(folder, "case"));
+  if (source.segmentation.empty()) source.segmentation = PlannedLabels(CaseOfSession(folder));
   return source;
 }
 

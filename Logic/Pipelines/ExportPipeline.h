@@ -17,7 +17,9 @@ struct ExportRequest {
 
 /// vtu: the tetra mesh (of results: as deformed and cut, with rest_position_mm and region). Surface
 /// formats: organ, inner structures, tumour, and of results the separation surfaces. seg.nrrd: the
-/// label map; of results, as deformed and cut, on the CT's grid. glTF is metres and Y-up by
+/// label map; of results, as deformed and cut: on the grid of the planned map and with its labels
+/// where the case is known (in the results' folder `case`, or around a session), otherwise in 1 mm
+/// voxels and by the tetrahedra's regions, without inner structures. glTF is metres and Y-up by
 /// definition, whatever the space.
 /// @return the files that were written
 /// @throws UsageError on an unknown format; InputError naming file: neither case nor results,

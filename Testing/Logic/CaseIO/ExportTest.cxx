@@ -63,6 +63,14 @@ class ExportTest : public ::testing::Test {
     WriteSurface(sphere_, folder_ / "results/tumour_final.vtp");
     WriteSurface(sphere_, folder_ / "results/cut_0_surface.vtp");
   }
+  /// The bent organ, as a session or a replay leaves it; without a planned map of its own.
+  void WriteResults(const std::string& folder) {
+    WriteTetMesh(mesh_, Bent(mesh_.rest), folder_ / (folder + "/organ_final.vtu"));
+  }
+  LabelMap ExportedLabels(const std::string& input) {
+    Run(input, "seg.nrrd", false);
+    return ReadLabelMap(folder_ / "out/segmentation_final.seg.nrrd");
+  }
   std::vector<std::string> Run(const std::string& input, const std::string& format, bool ras) {
     Progress silent;
     return Export({folder_ / input, format, ras, folder_ / "out"}, silent);
@@ -155,6 +163,39 @@ TEST_F(ExportTest, LabelsMoveWithTheOrgan) {
   EXPECT_NEAR(moved.LabelVolume_mm3(Label::Organ) + moved.LabelVolume_mm3(Label::Tumour) +
                   moved.LabelVolume_mm3(Label::Internal),
               6000.0, 250.0);
+}
+
+/// The planned map's name is the manifest's to choose.
+void NameTheLabels(const std::string& case_folder, const std::string& name) {
+  CaseWriter writer = CaseWriter::Update(case_folder);
+  writer.Remove("segmentation.seg.nrrd");
+  WriteSegmentation(writer.Stage(name, "segmentation"), BoxLabels());
+  writer.Commit();
+}
+
+TEST_F(ExportTest, LabelsOfASessionAreOnItsCasesGrid) {
+  NameTheLabels(folder_ / "case", "labels/planned.seg.nrrd");
+  WriteResults("case/sessions/2026-01-01");
+  folder_.Write("case/sessions/2026-01-01/session.json", "{}");
+  for (const char* input : {"case/sessions/2026-01-01", "case/sessions/2026-01-01/"}) {
+    const LabelMap labels = ExportedLabels(input);
+    EXPECT_EQ(labels.grid.spacing_mm, BoxLabels().grid.spacing_mm) << input;
+    EXPECT_GT(labels.LabelVolume_mm3(Label::Internal), 0) << input;
+    EXPECT_GT(labels.LabelVolume_mm3(Label::Tumour), 0) << input;
+  }
+}
+
+TEST_F(ExportTest, LabelsOfResultsThatLieInAnotherCaseAreNotThatCases) {
+  WriteResults("case/results/x");  // kerf replay --case other --output case/results/x
+  folder_.Write("case/elsewhere/y/session.json", "{}");
+  WriteResults("case/elsewhere/y");
+  WriteResults("case/sessions/no-session");
+  for (const char* input : {"case/results/x", "case/elsewhere/y", "case/sessions/no-session"}) {
+    const LabelMap labels = ExportedLabels(input);
+    EXPECT_EQ(labels.grid.spacing_mm, Vec3(Vec3::Ones())) << input;
+    EXPECT_EQ(labels.LabelVolume_mm3(Label::Internal), 0) << input;
+    EXPECT_EQ(labels.LabelVolume_mm3(Label::Tumour), 0) << input;
+  }
 }
 
 TEST_F(ExportTest, WhatCannotBeExportedIsNamed) {
