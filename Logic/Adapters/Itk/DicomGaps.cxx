@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <string>
 
@@ -31,32 +33,34 @@ int CountImages(const Slices& slices) {
 }
 
 void CheckNumbers(const DicomSeries& series, const Slices& same_series, Progress& progress) {
-  const DicomSlice* first = &series.slices.front();
-  for (const DicomSlice& slice : series.slices) {
+  for (const DicomSlice& slice : series.slices)
     if (!slice.number) return;
-    if (*slice.number < *first->number) first = &slice;
-  }
-  std::set<int> numbers;
+  // Another stack of the series, a localizer say, may hold the lowest number.
+  std::map<std::int64_t, const DicomSlice*> by_number;
   for (const DicomSlice* slice : same_series)
-    if (slice->number) numbers.insert(*slice->number);
-  if (*numbers.begin() > 1)
+    if (slice->number) by_number.emplace(*slice->number, slice);
+  const auto& [lowest, lowest_slice] = *by_number.begin();
+  if (lowest > 1)
     progress.Warn(fmt::format(
         "{}: InstanceNumber (0020,0013) {} is the lowest of the series: slices before it are "
         "missing, or the scanner counted on from another series; what is here was taken as all",
-        first->path, *numbers.begin()));
+        lowest_slice->path, lowest));
 
   const auto& slices = series.slices;
-  const int step = *slices[1].number - *slices[0].number;
+  const auto number = [&](std::size_t i) { return std::int64_t{*slices[i].number}; };
+  const std::int64_t step = number(1) - number(0);
   if (std::abs(step) < 2) return;
   for (std::size_t i = 1; i < slices.size(); ++i)
-    if (*slices[i].number - *slices[i - 1].number != step) return;
-  // Numbers between may belong to another stack of the series.
-  for (int between = 1; between < std::abs(step); ++between)
-    if (numbers.count(*first->number + between)) return;
+    if (number(i) - number(i - 1) != step) return;
+  const DicomSlice& first = step > 0 ? slices.front() : slices.back();
+  // Numbers between may belong to another stack of the series. The next slice's is there in any
+  // case.
+  const auto next = by_number.upper_bound(*first.number);
+  if (next->first < *first.number + std::abs(step)) return;
   progress.Warn(
       fmt::format("{}: InstanceNumber (0020,0013) goes on in steps of {}: slices between may have "
                   "been left out; the distance of the positions was taken",
-                  first->path, std::abs(step)));
+                  first.path, std::abs(step)));
 }
 
 void WarnOfCount(const DicomSlice& slice, const char* element, int stated, int here,

@@ -248,6 +248,16 @@ TEST_F(DicomGapsTest, ALocalizerOfTheSameSeriesTakesNumbersToo) {
   EXPECT_TRUE(heard_.Heard("InstanceNumber"));
 }
 
+TEST_F(DicomGapsTest, TheFileThatIsNamedHoldsTheNumberThatIsNamed) {
+  WriteNumbered(5);
+  DicomFile scout(16, 16, 0, 9);
+  scout.Text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER");
+  scout.Text(kNumber, "IS", "3");
+  scout.Write(Path("scout"));
+  Warnings();
+  EXPECT_TRUE(heard_.Heard(Path("scout") + ": InstanceNumber (0020,0013) 3 is the lowest"));
+}
+
 TEST_F(DicomGapsTest, AMissingLastSliceIsSeenFromTheCounts) {
   const std::pair<std::uint32_t, const char*> counts[] = {
       {kInAcquisition, "ImagesInAcquisition (0020,1002) tells of 5 images, 4 are here"},
@@ -299,6 +309,19 @@ TEST_F(DicomGapsTest, EverySecondSliceIsSeenFromTheNumbers) {
   WriteNumbered(1, 2);
   ASSERT_EQ(Warnings().size(), 1u);
   EXPECT_TRUE(Says(Warnings().front(), "goes on in steps of 2"));
+}
+
+TEST_F(DicomGapsTest, NumbersFarApartAreComparedAllTheSame) {
+  const std::vector<int> number = {2147483647, -2147483647 - 1};
+  for (int n = 0; n < 5; ++n) Numbered(n, number[n % 2]).Write(File(n));
+  EXPECT_TRUE(Warnings().empty()) << "no steps: " << Warnings().front();
+  // As far as even steps go. Three slices are the fewest that make a volume.
+  for (int n = 0; n < 3; ++n)
+    Numbered(n, n == 0 ? number[1] : n == 1 ? -1 : 2147483646).Write(File(n));
+  for (int n = 3; n < 5; ++n) Remove(n);
+  ASSERT_EQ(Warnings().size(), 1u);
+  EXPECT_TRUE(Says(Warnings().front(), File(0)));
+  EXPECT_TRUE(Says(Warnings().front(), "goes on in steps of 2147483647"));
 }
 
 TEST_F(DicomGapsTest, NumbersThatTellNothingAreNotWarnedOf) {
