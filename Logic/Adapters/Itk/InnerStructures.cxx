@@ -123,9 +123,17 @@ std::vector<double> EnclosedFractions(const Field<std::int32_t>& part, int parts
   return touching;
 }
 
+/// The largest component; the others join `apart`.
+Mask KeepLargest(const Mask& mask, Mask* apart) {
+  const Mask largest = LargestComponent(mask);
+  for (std::size_t i = 0; i < mask.values.size(); ++i)
+    if (mask.values[i] && !largest.values[i]) apart->values[i] = 1;
+  return largest;
+}
+
 /// Darker soft tissue outside, largely enclosed by the organ: a tumour that bulges out of it.
 bool JoinOutgrowths(const Scene& scene, const OrganKnowledge& knowledge, const Tissue& tissue,
-                    Mask* organ, Progress& progress) {
+                    Mask* organ, Mask* apart, Progress& progress) {
   Mask outside(organ->grid, 0);
   const double boundary = std::max(kSoftTissueHu, 0.5 * (kSoftTissueHu + scene.mean) - 40);
   for (std::size_t i = 0; i < outside.values.size(); ++i)
@@ -156,7 +164,7 @@ bool JoinOutgrowths(const Scene& scene, const OrganKnowledge& knowledge, const T
   *organ = FillHoles(Close(grown, 2 * scene.voxel_mm));
   // The outgrowth was opened: its rim and the crease beside it are still missing.
   for (int round = 0; round < 2; ++round) *organ = AtHalfContrast(scene.image, *organ);
-  *organ = FillHoles(LargestComponent(*organ));
+  *organ = FillHoles(KeepLargest(*organ, apart));
   return true;
 }
 
@@ -182,7 +190,7 @@ void JoinPockets(const Scene& scene, const OrganKnowledge& knowledge, Mask* orga
 
 /// Bright bodies that lie on the organ rather than in it are ribs and cartilage. What is left is
 /// opened: rims between two of them would pinch the mesh.
-void RemoveLeaning(Mask* bright, Mask* organ) {
+void RemoveLeaning(Mask* bright, Mask* organ, Mask* apart) {
   constexpr double kEnclosed = 0.75;
   const Connected found = ConnectedParts(*bright);
   const auto enclosed = EnclosedFractions(found.part, found.count, *organ);
@@ -193,7 +201,7 @@ void RemoveLeaning(Mask* bright, Mask* organ) {
     bright->values[i] = organ->values[i] = 0;
     any = true;
   }
-  if (any) *organ = FillHoles(LargestComponent(Open(*organ, organ->grid.spacing_mm.maxCoeff())));
+  if (any) *organ = FillHoles(KeepLargest(Open(*organ, organ->grid.spacing_mm.maxCoeff()), apart));
 }
 
 /// Bodies on one side of the parenchyma's HU: found where the difference is certain, outlined at
@@ -283,7 +291,9 @@ InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& know
   SubProgress first(progress, 0, 0.5);
   Scene scene = MakeScene(ct, *organ, tissue, drift_hu, first);
   progress.Report(0.5, "inner structures");
-  if (tumour_seeds.empty() && JoinOutgrowths(scene, knowledge, tissue, organ, progress))
+  InnerStructures found{Mask(organ->grid, 0), Mask(organ->grid, 0), Mask(organ->grid, 0)};
+  if (tumour_seeds.empty() &&
+      JoinOutgrowths(scene, knowledge, tissue, organ, &found.apart, progress))
     scene.inside = SignedDistance_mm(*organ);
   progress.ThrowIfCancelled();
   if (internal_seeds.empty()) {
@@ -291,10 +301,9 @@ InnerStructures FindInnerStructures(const Volume& ct, const OrganKnowledge& know
     scene.inside = SignedDistance_mm(*organ);
   }
 
-  InnerStructures found{Mask(organ->grid, 0), Mask(organ->grid, 0)};
   if (internal_seeds.empty()) {
     found.internal = Bodies(scene, knowledge.internal, true, 0);
-    RemoveLeaning(&found.internal, organ);
+    RemoveLeaning(&found.internal, organ, &found.apart);
   } else {
     for (const Vec3& seed : internal_seeds)
       Join(&found.internal, SeededBody(scene, seed, "internal", *organ));

@@ -47,8 +47,10 @@ LabelMap Segment(const Volume& ct, const OrganKnowledge& knowledge,
   InnerStructures inner = FindInnerStructures(
       ct, knowledge, region.tissue, region.drift_hu, PointsOf(request.seeds, SeedKind::Tumour),
       PointsOf(request.seeds, SeedKind::Internal), &region.mask, inner_part);
-  const Mask found = region.mask;
+  Mask found = region.mask;
   region.mask = FillHoles(LargestComponent(found));
+  for (std::size_t i = 0; i < found.values.size(); ++i)
+    if (inner.apart.values[i]) found.values[i] = 1;
   for (std::size_t i = 0; i < region.mask.values.size(); ++i)
     if (!region.mask.values[i]) inner.tumour.values[i] = inner.internal.values[i] = 0;
   SegmentationReport own;

@@ -29,8 +29,8 @@ struct SegmentationReport {
   double tumour_ml = 0, internal_ml = 0;
   double organ_mean_hu = 0, organ_sd_hu = 0;  ///< of the parenchyma
   int components = 0;                         ///< of labels 1 + 2 + 3, 1 when all is well
-  double left_out_ml = 0;                     ///< found, but apart from the organ
-  int holes = 0;  ///< enclosed background components left, 0 when all is well
+  double left_out_ml = 0;  ///< came off the organ after its contour, or a seed's body beside it
+  int holes = 0;           ///< enclosed background components left, 0 when all is well
   /// Share of the surface outside which tissue of the organ's own brightness lies: nothing is seen
   /// that ends the organ there.
   double open_surface = 0;

@@ -22,7 +22,7 @@ class SegmentationCheck : public ::testing::Test {
     const GridGeometry crop = CropGrid(ct_.grid, {11, 0, 11}, {63, 63, 61});
     region_.mask = Mask(crop, 0);
     region_.alike = Mask(crop, 0);
-    inner_ = {Mask(crop, 0), Mask(crop, 0)};
+    inner_ = {Mask(crop, 0), Mask(crop, 0), Mask(crop, 0)};
     Set(Vec3(32, 32, 32), radius, &region_.mask);
     auto hu = std::make_shared<std::vector<std::int16_t>>(*ct_.voxels);
     for (int k = 0; k < 64; ++k)
@@ -192,6 +192,36 @@ TEST_F(SegmentationCheck, WhatWasLeftOutAndTheSeedsInIt) {
   CheckLeftOut(kept, kept, KnowledgeOf(OrganPreset::Kidney), seeds, &report_);
   EXPECT_TRUE(Says(report_.warnings.back(), "the seed apart lies outside"));
   EXPECT_EQ(report_.warnings.size(), 2u);
+}
+
+/// A rib between the organ and what lies behind it: with the rib, the piece behind comes off.
+TEST_F(SegmentationCheck, WhatComesOffWithARibIsNotLost) {
+  Make(15);
+  const Vec3 rib(51, 32, 32), behind(59, 32, 32);
+  auto hu = std::make_shared<std::vector<std::int16_t>>(*ct_.voxels);
+  for (int k = 0; k < 64; ++k)
+    for (int j = 0; j < 64; ++j)
+      for (int i = 0; i < 64; ++i) {
+        if ((Vec3(i, j, k) - behind).norm() < 4) (*hu)[ct_.grid.Offset(i, j, k)] = 120;
+        if ((Vec3(i, j, k) - rib).norm() < 6) (*hu)[ct_.grid.Offset(i, j, k)] = 600;
+      }
+  ct_.voxels = hu;
+  Set(behind, 4, &region_.mask);
+  Set(rib, 6, &region_.mask);
+  testing::Listener heard;
+  const InnerStructures found =
+      FindInnerStructures(ct_, KnowledgeOf(OrganPreset::Kidney), {120, 80, 160},
+                          ScalarField(region_.mask.grid, 0.f), {}, {}, &region_.mask, heard);
+  const auto at = [&](const Mask& mask, const Vec3& center) {
+    const Eigen::Vector3i v = NearestIndex(mask.grid, ct_.grid.WorldFromIndex(center));
+    return int(mask.values[mask.grid.Offset(v[0], v[1], v[2])]);
+  };
+  EXPECT_EQ(at(region_.mask, Vec3(32, 32, 32)), 1);
+  EXPECT_EQ(at(region_.mask, rib), 0);
+  EXPECT_EQ(at(region_.mask, behind), 0);
+  EXPECT_EQ(at(found.apart, behind + Vec3(1, 0, 0)), 1);
+  EXPECT_EQ(at(found.apart, rib), 0) << "a rib is no piece of the organ";
+  EXPECT_EQ(at(found.apart, Vec3(32, 32, 32)), 0);
 }
 
 }  // namespace
