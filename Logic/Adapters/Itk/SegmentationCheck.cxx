@@ -13,15 +13,19 @@ namespace {
 /// An organ touches neighbours that are as bright with less of its surface than this.
 constexpr double kOpenSurface = 0.1;
 
+/// Index in the CT of a crop's first voxel.
+Eigen::Vector3i FirstVoxel(const GridGeometry& crop, const GridGeometry& ct) {
+  return ct.IndexFromWorld(crop.origin_mm).array().round().cast<int>();
+}
+
 bool TouchesBorder(const Mask& organ, const GridGeometry& ct) {
-  const Vec3 first = ct.IndexFromWorld(organ.grid.origin_mm);
+  const Eigen::Vector3i first = FirstVoxel(organ.grid, ct);
   std::size_t at = 0;
   for (int k = 0; k < organ.grid.size[2]; ++k)
     for (int j = 0; j < organ.grid.size[1]; ++j)
       for (int i = 0; i < organ.grid.size[0]; ++i, ++at) {
         if (!organ.values[at]) continue;
-        const Eigen::Vector3i voxel(int(std::lround(first[0])) + i, int(std::lround(first[1])) + j,
-                                    int(std::lround(first[2])) + k);
+        const Eigen::Vector3i voxel = first + Eigen::Vector3i(i, j, k);
         if (voxel.minCoeff() <= 0 || (ct.size - voxel).minCoeff() <= 1) return true;
       }
   return false;
@@ -37,15 +41,14 @@ void CheckSegmentation(const Volume& ct, const OrganKnowledge& knowledge, const 
   report->tumour_ml = Volume_ml(inner.tumour);
   report->internal_ml = Volume_ml(inner.internal);
   std::vector<float> parenchyma;
-  const Vec3 first = ct.grid.IndexFromWorld(organ.grid.origin_mm);
+  const Eigen::Vector3i first = FirstVoxel(organ.grid, ct.grid);
   std::size_t at = 0;
   for (int k = 0; k < organ.grid.size[2]; ++k)
     for (int j = 0; j < organ.grid.size[1]; ++j)
       for (int i = 0; i < organ.grid.size[0]; ++i, ++at)
         if (organ.values[at] && !inner.tumour.values[at] && !inner.internal.values[at])
-          parenchyma.push_back((*ct.voxels)[ct.grid.Offset(int(std::lround(first[0])) + i,
-                                                           int(std::lround(first[1])) + j,
-                                                           int(std::lround(first[2])) + k)]);
+          parenchyma.push_back(
+              (*ct.voxels)[ct.grid.Offset(first[0] + i, first[1] + j, first[2] + k)]);
   report->organ_mean_hu = parenchyma.empty() ? region.tissue.mean_hu : Median(parenchyma);
   report->organ_sd_hu = parenchyma.empty() ? 0 : Spread(parenchyma, report->organ_mean_hu);
   std::vector<std::size_t> sizes;
