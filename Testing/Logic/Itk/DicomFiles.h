@@ -38,14 +38,7 @@ struct DicomFile {
     Number(0x00280101, 12);
     Number(0x00280102, 11);
     Number(0x00280103, 0);
-    std::string pixels;
-    for (int j = 0; j < rows; ++j)
-      for (int i = 0; i < columns; ++i) {
-        const int value = 1024 - 500 + 10 * i + 100 * j + instance;
-        pixels += static_cast<char>(value & 0xff);
-        pixels += static_cast<char>(value >> 8);
-      }
-    elements[0x7fe00010] = {"OW", pixels};
+    SetPixels(columns, rows, [&](int i, int j) { return 524 + 10 * i + 100 * j + instance; });
   }
 
   void Text(std::uint32_t tag, const std::string& vr, std::string text) {
@@ -57,6 +50,19 @@ struct DicomFile {
   }
   void Position(double x, double y, double z) {
     Text(0x00200032, "DS", std::to_string(x) + "\\" + std::to_string(y) + "\\" + std::to_string(z));
+  }
+
+  /// 16 bits each. @param at stored value of column i, row j
+  template <class At>
+  void SetPixels(int columns, int rows, At at) {
+    std::string pixels;
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns; ++i) {
+        const int value = at(i, j);
+        pixels += static_cast<char>(value & 0xff);
+        pixels += static_cast<char>(value >> 8);
+      }
+    elements[0x7fe00010] = {"OW", pixels};
   }
 
   std::string Bytes() const {
