@@ -4,13 +4,12 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "Core/Errors.h"
 #include "Core/Progress.h"
+#include "Logic/CaseIO/TemporaryFolder.h"
 
 namespace kerf::testing {
 
@@ -26,26 +25,19 @@ class Listener : public Progress {
   std::vector<std::string> warnings;
 };
 
-/// A folder of its own for each test, removed afterwards.
 class FolderTest : public ::testing::Test {
  protected:
-  FolderTest() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("kerf-itk-") + info->test_suite_name() + "-" + info->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+  std::string Path(const std::string& name) const { return temporary_ / name; }
+  std::string ReadBytes(const std::string& path) const { return temporary_.Read(path); }
+  void WriteBytes(const std::string& path, const std::string& bytes) const {
+    temporary_.Write(path, bytes);
   }
-  ~FolderTest() override { std::filesystem::remove_all(folder_); }
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  static std::string ReadBytes(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  static void WriteBytes(const std::string& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
-  }
-  std::filesystem::path folder_;
+
+ private:
+  const TemporaryFolder temporary_;
+
+ protected:
+  const std::filesystem::path folder_ = temporary_.Path();
 };
 
 /// Message of the InputError that `action` throws, "" when there is none. Other exceptions fail the
