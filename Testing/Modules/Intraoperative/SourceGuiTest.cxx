@@ -94,7 +94,8 @@ void SourceGuiTest::AFolderOfPicturesIsASource() {
   page.widget->OpenCase(case_);
   page.Type("confirmed", QString::fromStdString(page.widget->Desk().Pseudonym()));
   page.Type("source", folder_.filePath("no-such-folder"), true);
-  QTest::qWait(200);
+  QTRY_VERIFY2_WITH_TIMEOUT(page.ChecksText().contains("no such file"),
+                            qPrintable(page.ChecksText()), 10000);
   QVERIFY2(!page.Find<QPushButton>("register")->isEnabled(), qPrintable(page.ChecksText()));
   page.Type("source", source, true);
   QTRY_VERIFY2_WITH_TIMEOUT(page.Find<QPushButton>("register")->isEnabled(),

@@ -8,12 +8,13 @@ using namespace kerf::testing;
 
 namespace {
 
-/// The outline of the larger part of a mask, in order, every few pixels.
+/// The outline of a mask's first part from above, pixel by pixel in order; empty where the mask is.
 std::vector<Vec2> OutlineOf(const QImage& mask) {
   const auto inside = [&](int x, int y) { return mask.valid(x, y) && qGray(mask.pixel(x, y)) > 0; };
   int x = 0, y = 0;
-  while (!inside(x, y))
+  while (y < mask.height() && !inside(x, y))
     if (++x == mask.width()) x = 0, ++y;
+  if (y == mask.height()) return {};
   // Moore's walk around it, clockwise from the west of its first pixel.
   const int dx[] = {-1, -1, 0, 1, 1, 1, 0, -1}, dy[] = {0, -1, -1, -1, 0, 1, 1, 1};
   const int x0 = x, y0 = y;
