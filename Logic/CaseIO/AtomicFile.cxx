@@ -29,6 +29,11 @@ void Sync(const std::string& path) {
   ::close(descriptor);
 }
 
+/// The system's reason for what just failed. errno was set to 0 before: not every failure sets it.
+std::string Because(const std::string& problem) {
+  return errno != 0 ? problem + ": " + std::strerror(errno) : problem;
+}
+
 }  // namespace
 
 std::string TemporaryNameBeside(const std::string& path) {
@@ -47,6 +52,12 @@ void CommitTemporary(const std::string& temporary, const std::string& path) {
   }
 }
 
+void WriteThrough(std::ofstream* stream, const std::string& path, const std::string& text) {
+  errno = 0;
+  *stream << text << std::flush;
+  if (!*stream) throw InputError(path, "", Because("cannot be written any more"));
+}
+
 AtomicFile::AtomicFile(const std::string& path)
     : path_(path), temporary_(TemporaryNameBeside(path)), stream_(temporary_, std::ios::binary) {
   if (!stream_) throw InputError(path_, "", std::string("cannot be written: ") + strerror(errno));
@@ -59,8 +70,9 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::Commit() {
-  stream_.close();
-  if (!stream_) throw InputError(path_, "", "could not be written completely");
+  errno = 0;
+  stream_.close();  // tries again to write what is left: the reason is that of the first failure
+  if (!stream_) throw InputError(path_, "", Because("could not be written completely"));
   CommitTemporary(temporary_, path_);
   committed_ = true;
 }

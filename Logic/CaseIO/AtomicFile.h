@@ -17,7 +17,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   std::ostream& Stream() { return stream_; }
-  /// @throws InputError naming `path` when the disk is full or the folder is gone
+  /// @throws InputError naming `path` and the system's reason: a full disk, a folder that is gone
   void Commit();
 
  private:
@@ -25,6 +25,10 @@ class AtomicFile {
   std::ofstream stream_;
   bool committed_ = false;
 };
+
+/// Writes to an open file and through to the system. @throws InputError naming `path`, with the
+/// system's reason (a full disk, a folder that is gone) where it gives one
+void WriteThrough(std::ofstream* stream, const std::string& path, const std::string& text);
 
 /// For writers of other libraries, which want a name: a name beside `path` with the same extension.
 std::string TemporaryNameBeside(const std::string& path);

@@ -1,7 +1,10 @@
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "CaseIO/AtomicFile.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
 
@@ -12,7 +15,7 @@ Journal::Journal(const std::string& path, bool append) : path_(path) {
   std::error_code error;
   if (!parent.empty()) std::filesystem::create_directories(parent, error);
   stream_.open(path, std::ios::binary | (append ? std::ios::app : std::ios::trunc));
-  if (!stream_) throw InputError(path, "", "cannot be written");
+  if (!stream_) throw InputError(path, "", std::string("cannot be written: ") + strerror(errno));
 }
 
 void Journal::Write(double time_s, int frame, const std::string& event, const JournalData& data) {
@@ -25,9 +28,8 @@ void Journal::Write(double time_s, int frame, const std::string& event, const Jo
   for (const auto& [key, item] : data)
     std::visit([&, k = key](const auto& v) { values[k] = v; }, item.value);
   entry["data"] = std::move(values);
-  stream_ << entry.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n'
-          << std::flush;
-  if (!stream_) throw InputError(path_, "", "cannot be written any more");
+  WriteThrough(&stream_, path_,
+               entry.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
 }
 
 }  // namespace kerf

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 
 #include "Adapters/OpenCv/ImageSequence.h"
 #include "Adapters/Rendering/ImageEncoding.h"
+#include "CaseIO/AtomicFile.h"
 #include "Core/Errors.h"
 #include "Pipelines/Report.h"
 
@@ -27,8 +29,7 @@ void Link(const std::string& from, const std::string& to) {
 }
 
 void Line(std::ofstream* file, const std::string& path, const std::string& line) {
-  *file << line << '\n' << std::flush;
-  if (!*file) throw InputError(path, "", "cannot be written any more: is the disk full?");
+  WriteThrough(file, path, line + '\n');
 }
 
 }  // namespace
@@ -88,9 +89,9 @@ Frame SessionRecorder::Record(const CapturedFrame& captured, int number, double 
     const std::string path = Path(fmt::format("frames/{:06d}.jpg", number));
     const auto jpeg = EncodeJpeg(*frame.image, kJpegQuality);
     std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+    if (!file) throw InputError(path, "", std::string("cannot be written: ") + strerror(errno));
+    WriteThrough(&file, path, {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
     file.close();
-    if (!file) throw InputError(path, "", "cannot be written: is the disk full?");
     std::optional<Image> recorded = ReadImageFile(path);
     if (!recorded) throw InputError(path, "", "cannot be read back");
     frame.image = std::make_shared<const Image>(std::move(*recorded));

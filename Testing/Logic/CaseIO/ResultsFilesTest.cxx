@@ -1,11 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <csignal>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "CaseIO/AtomicFile.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
 #include "TemporaryFolder.h"
@@ -116,6 +119,34 @@ TEST(Journal, EveryLineIsOnDiskAtOnceAndIsAnObject) {
   }
   const std::string text = folder.Read("s/journal.jsonl");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+TEST(Journal, AFullDiskIsNamedAsTheSystemNamesIt) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
+  Journal journal("/dev/full", true);
+  const std::string message = MessageOf<InputError>([&] { journal.Write(0, 0, "start"); });
+  EXPECT_THAT(message, HasSubstr("/dev/full"));
+  EXPECT_THAT(message, HasSubstr("cannot be written any more: No space left on device"));
+}
+
+TEST(AtomicFile, AWriteThatFailsIsNamedAsTheSystemNamesIt) {
+  TemporaryFolder folder;
+  const std::string path = folder.Write("kept.csv", "old");
+  for (const std::size_t bytes : {2000, 200000}) {  // less and more than a stream's buffer
+    AtomicFile file(path);
+    const auto before = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit limit;
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+    const rlimit small{1000, limit.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    file.Stream() << "first," << std::string(bytes, 'x');
+    const std::string message = MessageOf<InputError>([&] { file.Commit(); });
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, before);
+    EXPECT_THAT(message, HasSubstr("kept.csv: could not be written completely: File too large"));
+    EXPECT_EQ(folder.Read("kept.csv"), "old");
+  }
+  EXPECT_EQ(folder.EntryCount(), 1u);
 }
 
 TEST(Sha256, KnownValues) {
