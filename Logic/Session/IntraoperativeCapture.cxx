@@ -169,11 +169,14 @@ std::optional<CapturedFrame> IntraoperativeCapture::Newest() const {
 
 std::optional<Clock::time_point> IntraoperativeCapture::FirstAfter(
     Clock::time_point captured) const {
+  if (shared_->options.every) return std::nullopt;
   const std::lock_guard lock(shared_->mutex);
   const auto& times = shared_->times;
   const auto after = std::upper_bound(times.begin(), times.end(), captured);
   return after == times.end() ? std::nullopt : std::optional(*after);
 }
+
+Clock::time_point IntraoperativeCapture::Now() const { return shared_->options.clock(); }
 
 void IntraoperativeCapture::Resume() {
   const std::lock_guard lock(shared_->mutex);

@@ -36,7 +36,7 @@ struct CaptureOptions {
   bool hold = false;   ///< stop after the first frame until Resume(): a file during exposure
   double frozen_after_s = 0.4;
   double retry_after_s = 0.25;
-  /// What silence and age are measured by.
+  /// What stamps the pictures, and what silence and waiting for the registration are measured by.
   std::function<std::chrono::steady_clock::time_point()> clock = std::chrono::steady_clock::now;
 };
 
@@ -55,9 +55,12 @@ class IntraoperativeCapture {
   std::optional<CapturedFrame> Take(double timeout_s);
   /// The newest frame of all, without taking it.
   std::optional<CapturedFrame> Newest() const;
-  /// When the first of the frames after the one of `captured` came; none where that is the newest.
+  /// When the first of the frames after the one of `captured` came; none where that is the newest,
+  /// or where every frame is waited for: then none is late.
   std::optional<std::chrono::steady_clock::time_point> FirstAfter(
       std::chrono::steady_clock::time_point captured) const;
+  /// By the clock that the frames are stamped with.
+  std::chrono::steady_clock::time_point Now() const;
   void Resume();
   SourceState State() const;
 

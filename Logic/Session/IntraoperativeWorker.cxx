@@ -14,6 +14,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kBehind_s = 0.4;  // a picture that waits for longer than this to be registered
 constexpr int kSettle = 15;        // looks at the last picture of all after a decision
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
+constexpr char kBehindReason[] = "registration behind";
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -43,6 +44,7 @@ struct IntraoperativeWorker::Implementation {
   double time_s = 0.0;
   RateMeter registered;
   std::optional<Clock::time_point> off_since;
+  std::string off_reason;
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
   SolverPace pace;
@@ -53,8 +55,10 @@ struct IntraoperativeWorker::Implementation {
   SessionFrame last;
   std::optional<CapturedFrame> last_captured;
 
-  /// What is shown while registration is behind, and after which registered one; of whoever asks.
+  /// Whether registration is behind; of the worker and of whoever asks what is to be shown.
   std::mutex showing;
+  std::optional<Clock::time_point> behind_since;  ///< when the picture that waits waited too long
+  /// What is shown meanwhile, and after which registered one.
   std::shared_ptr<const IntraoperativeSnapshot> behind, behind_after;
 
   bool Stopped() const {
@@ -85,6 +89,8 @@ struct IntraoperativeWorker::Implementation {
     const std::lock_guard lock(mutex);
     notes.push_back({event, data});
   }
+  std::optional<Clock::time_point> BehindSince(Clock::time_point now);
+  bool IsBehind(const IntraoperativeSnapshot& registered_one, Clock::time_point now);
   std::shared_ptr<const IntraoperativeSnapshot> Current(Clock::time_point now);
 
   void Run();
@@ -151,7 +157,7 @@ void IntraoperativeWorker::Implementation::KeepDeadline() {
 
 void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
                                                 IntraoperativeSnapshot* out) {
-  const auto now = Clock::now();
+  const auto now = parts.capture->Now();
   out->gate = out->reliability.state;
   out->reason = out->reliability.reason;
   out->stopped = stopped;
@@ -165,21 +171,56 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
     out->gate = GateState::Off;
     out->reason = source.message.empty() ? "no picture" : source.message;
   }
-  if (out->gate != GateState::Off && !needs_confirmation) {
-    off_since.reset();
-    return;
+  if (const auto since = BehindSince(now)) {
+    if (out->gate != GateState::Off) out->reason = kBehindReason;
+    out->gate = GateState::Off;
+    off_since = std::min(off_since.value_or(now), *since);
   }
-  if (!off_since) off_since = now;
+  const bool is_off = out->gate == GateState::Off;
+  if (is_off) {
+    off_reason = out->reason;
+    if (!off_since) off_since = now;
+  }
   // A loss is never bridged: whether the model is right again is for the surgeon to say.
-  if (!needs_confirmation && Seconds(now - *off_since) > kLossToConfirm_s) {
+  if (!needs_confirmation && off_since && Seconds(now - *off_since) > kLossToConfirm_s) {
     needs_confirmation = true;
-    Say("confirmation needed", {{"reason", out->reason}});
+    Say("confirmation needed", {{"reason", off_reason}});
   }
   out->needs_confirmation = needs_confirmation;
-  if (needs_confirmation && out->gate != GateState::Off) {
-    out->gate = GateState::Off;
-    out->reason = "the picture is back: check the registration and confirm";
+  if (is_off) return;
+  off_since.reset();
+  if (!needs_confirmation) return;
+  out->gate = GateState::Off;
+  out->reason = off_reason == kBehindReason
+                    ? "registration has caught up: check it and confirm"
+                    : "the picture is back: check the registration and confirm";
+}
+
+/// Registered and shown alike: a hang of the registration is noticed by the frame that ends it.
+std::optional<Clock::time_point> IntraoperativeWorker::Implementation::BehindSince(
+    Clock::time_point now) {
+  const auto registered_one = Latest();
+  if (!registered_one) return std::nullopt;
+  const std::lock_guard lock(showing);
+  return IsBehind(*registered_one, now) ? behind_since : std::nullopt;
+}
+
+/// `showing` is held.
+bool IntraoperativeWorker::Implementation::IsBehind(const IntraoperativeSnapshot& registered_one,
+                                                    Clock::time_point now) {
+  // From the first frame that waits on: a source that paused is nothing to be late for.
+  const auto waits = parts.capture->FirstAfter(registered_one.captured);
+  const double waited_s = waits ? Seconds(now - *waits) : 0.0;
+  if (behind_since && waited_s <= kBehind_s) {
+    Note("registration caught up", {});
+    behind_since.reset();
+    behind.reset();
+  } else if (!behind_since && waited_s > kBehind_s) {
+    Note(kBehindReason, {{"waited_s", waited_s}});
+    behind_since = *waits + std::chrono::duration_cast<Clock::duration>(
+                                std::chrono::duration<double>(kBehind_s));
   }
+  return behind_since.has_value();
 }
 
 std::shared_ptr<IntraoperativeSnapshot> IntraoperativeWorker::Implementation::Describe(
@@ -236,17 +277,9 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
     Clock::time_point now) {
   const auto registered_one = Latest();
   if (!registered_one || !registered_one->stopped.empty()) return registered_one;
-  // From the first frame that waits on: a source that paused is nothing to be late for.
-  const auto waits = parts.capture->FirstAfter(registered_one->captured);
-  const double waited_s = waits ? Seconds(now - *waits) : 0.0;
-  const auto newest = parts.capture->Newest();
   const std::lock_guard lock(showing);
-  if (waited_s <= kBehind_s || !newest) {
-    if (behind) Note("registration caught up", {});
-    behind.reset();
-    return registered_one;
-  }
-  if (!behind) Note("registration behind", {{"waited_s", waited_s}});
+  if (!IsBehind(*registered_one, now)) return registered_one;
+  const auto newest = parts.capture->Newest();  // there is one: it waits
   if (behind && behind_after == registered_one && behind->captured == newest->captured)
     return behind;
   auto out = std::make_shared<IntraoperativeSnapshot>(*registered_one);
@@ -255,8 +288,8 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
   out->source = parts.capture->State();
   out->registered_fps = 0.0;
   out->gate = GateState::Off;
-  out->reason = out->source.Usable() || out->source.message.empty() ? "registration behind"
-                                                                    : out->source.message;
+  out->reason =
+      out->source.Usable() || out->source.message.empty() ? kBehindReason : out->source.message;
   behind_after = registered_one;
   behind = out;
   return out;
@@ -365,8 +398,8 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Latest() con
 }
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Current(
-    std::chrono::steady_clock::time_point now) {
-  return implementation_->Current(now);
+    std::optional<std::chrono::steady_clock::time_point> now) {
+  return implementation_->Current(now ? *now : implementation_->parts.capture->Now());
 }
 
 const std::string& IntraoperativeWorker::RecordingProblem() const {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "Session/IntraoperativeDecision.h"
 #include "Session/IntraoperativeSnapshot.h"
@@ -51,9 +52,10 @@ class IntraoperativeWorker {
   std::shared_ptr<const IntraoperativeSnapshot> Latest() const;
   /// What is to be shown now: Latest(), or where registration does not keep up with the source the
   /// newest picture with the gate off: where a frame has waited for longer than 0.4 s. Said in the
-  /// journal, too.
+  /// journal, too. Behind for longer than a second is a loss, to be confirmed as any other.
+  /// @param now by the capture's clock; none: what that says
   std::shared_ptr<const IntraoperativeSnapshot> Current(
-      std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now());
+      std::optional<std::chrono::steady_clock::time_point> now = {});
   /// Ends after the frame in work; the recording is complete when this returns.
   void Stop();
   /// Why recording ended early, empty where all was written. Only after Stop().

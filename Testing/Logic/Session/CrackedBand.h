@@ -50,15 +50,23 @@ class CrackTracker : public FeatureTracker {
     return features;
   }
   void Track(const Frame& frame, FeatureSet* features) override {
-    while (stuck && *stuck) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    while (stuck && stuck->here) {
+      stuck->waits = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    if (stuck) stuck->waits = false;
     if (frame.index >= throw_at) throw std::runtime_error("the tracker broke");
     for (Index i = 0; i < features->Size(); ++i)
       features->pixels.row(i) =
           camera_.Project(CrackMotion(rest_[i], std::min(frame.index, stop_at))).transpose();
   }
-  int stop_at = 1 << 20;                       ///< the motion halts here
-  int throw_at = 1 << 20;                      ///< from here on it cannot track any more
-  std::shared_ptr<std::atomic<bool>> stuck{};  ///< while it is set nothing comes out
+  struct Stuck {
+    std::atomic<bool> here{false};   ///< while it is set nothing comes out
+    std::atomic<bool> waits{false};  ///< a frame is in it
+  };
+  int stop_at = 1 << 20;   ///< the motion halts here
+  int throw_at = 1 << 20;  ///< from here on it cannot track any more
+  std::shared_ptr<Stuck> stuck{};
 
  private:
   CameraModel camera_ = BandCamera();
@@ -69,7 +77,7 @@ class CrackTracker : public FeatureTracker {
 struct BandRun {
   explicit BandRun(bool history = true, bool hold = false, int stop_at = 1 << 20,
                    int throw_at = 1 << 20, bool grips = true,
-                   std::shared_ptr<std::atomic<bool>> stuck = {}) {
+                   std::shared_ptr<CrackTracker::Stuck> stuck = {}) {
     auto tracker = std::make_unique<CrackTracker>();
     tracker->stop_at = stop_at;
     tracker->throw_at = throw_at;

@@ -1,6 +1,7 @@
 // The worker: snapshots out, decisions in, a recording that may fail, losses that are not bridged.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <thread>
@@ -108,7 +109,12 @@ struct Scene {
     parts.sink = std::make_unique<LogSink>(log);
     worker = std::make_unique<IntraoperativeWorker>(std::move(parts));
   }
-  ~Scene() { *stuck = *hang = false; }  // whatever failed, the worker can end
+  ~Scene() { stuck->here = *hang = false; }  // whatever failed, the worker can end
+  /// Nothing is registered any more when this returns.
+  bool GetsStuck() {
+    stuck->here = true;
+    return Within(10, [&] { return stuck->waits.load(); });
+  }
   template <class F>
   bool Sees(double seconds, F condition) {
     return Within(seconds, [&] {
@@ -123,8 +129,8 @@ struct Scene {
     worker->Post(decision);
   }
   std::shared_ptr<Log> log = std::make_shared<Log>();
-  std::shared_ptr<std::atomic<bool>> hang = std::make_shared<std::atomic<bool>>(false),
-                                     stuck = std::make_shared<std::atomic<bool>>(false);
+  std::shared_ptr<std::atomic<bool>> hang = std::make_shared<std::atomic<bool>>(false);
+  std::shared_ptr<CrackTracker::Stuck> stuck = std::make_shared<CrackTracker::Stuck>();
   HeldClock clock;
   std::shared_ptr<IntraoperativeCapture> capture;
   std::unique_ptr<IntraoperativeWorker> worker;
@@ -194,8 +200,7 @@ TEST(Worker, PicturesGoOnWithoutTheOverlayWhileTheRegistrationIsBehind) {
   Scene scene(false);
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
   EXPECT_TRUE(Within(10, [&] { return scene.worker->Current()->gate == GateState::Green; }));
-  *scene.stuck = true;
-  std::this_thread::sleep_for(100ms);
+  ASSERT_TRUE(scene.GetsStuck());
   const auto registered = scene.worker->Latest();
   ASSERT_TRUE(Within(10, [&] { return scene.capture->FirstAfter(registered->captured); }));
   const auto waits = *scene.capture->FirstAfter(registered->captured);
@@ -207,13 +212,51 @@ TEST(Worker, PicturesGoOnWithoutTheOverlayWhileTheRegistrationIsBehind) {
   ASSERT_TRUE(Within(10, [&] { return scene.capture->Newest()->captured > behind->captured; }));
   EXPECT_GT(scene.worker->Current(waits + 550ms)->captured, behind->captured) << "the newest only";
   EXPECT_EQ(scene.worker->Latest(), registered);
-  *scene.stuck = false;
+  scene.stuck->here = false;
   EXPECT_TRUE(Within(10, [&] { return scene.worker->Current()->gate == GateState::Green; }));
   ASSERT_TRUE(Within(10, [&] { return scene.log->Has("registration caught up"); }));
   scene.worker->Stop();
-  for (const JournalEntry& entry : scene.log->entries) {
-    if (entry.event != "registration behind") continue;
-    EXPECT_NEAR(*entry.Number("waited_s"), 0.5, 1e-6);
+  const auto& entries = scene.log->entries;
+  const auto said = std::find_if(entries.begin(), entries.end(), [](const JournalEntry& entry) {
+    return entry.event == "registration behind";
+  });
+  ASSERT_NE(said, entries.end());
+  EXPECT_NEAR(*said->Number("waited_s"), 0.5, 1e-6);
+}
+
+/// Whether or not anybody looked meanwhile.
+TEST(Worker, ALongHangOfTheRegistrationIsALossToBeConfirmed) {
+  for (const bool looked : {false, true}) {
+    Scene scene(false);
+    ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+    ASSERT_TRUE(scene.GetsStuck());
+    const auto until = Clock::now() + 1600ms;
+    while (Clock::now() < until) {
+      if (looked) scene.worker->Current();
+      std::this_thread::sleep_for(10ms);
+    }
+    scene.Post(Kind::Confirm);  // of a registration that nobody has seen
+    scene.stuck->here = false;
+    ASSERT_TRUE(Within(10, [&] {
+      const auto current = scene.worker->Current();
+      return current->needs_confirmation && current->reason.find("confirm") != std::string::npos;
+    }));
+    std::this_thread::sleep_for(300ms);  // it does not come back by itself
+    EXPECT_EQ(scene.worker->Current()->gate, GateState::Off);
+    EXPECT_TRUE(scene.worker->Current()->needs_confirmation);
+    scene.Post(Kind::Confirm);
+    EXPECT_TRUE(Within(10, [&] {
+      return scene.worker->Current()->gate == GateState::Green &&
+             !scene.worker->Current()->needs_confirmation;
+    }));
+    scene.worker->Stop();
+    int needed = 0;
+    for (const JournalEntry& entry : scene.log->entries)
+      if (entry.event == "confirmation needed") {
+        EXPECT_EQ(*entry.Text("reason"), "registration behind");
+        ++needed;
+      }
+    EXPECT_GE(needed, 1);
   }
 }
 
@@ -223,14 +266,14 @@ TEST(Worker, APauseOfTheSourceIsNoRegistrationThatIsBehind) {
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
   *scene.hang = true;
   std::this_thread::sleep_for(700ms);
-  *scene.stuck = true;
+  scene.stuck->here = true;
   *scene.hang = false;
+  ASSERT_TRUE(Within(10, [&] { return scene.stuck->waits.load(); }));
   const auto registered = scene.worker->Latest();
   ASSERT_TRUE(Within(10, [&] { return scene.capture->FirstAfter(registered->captured); }));
   const auto waits = *scene.capture->FirstAfter(registered->captured);
   EXPECT_GT(waits - registered->captured, 500ms);
   EXPECT_NE(scene.worker->Current(waits + 300ms)->reason, "registration behind");
-  *scene.stuck = false;
 }
 
 TEST(Worker, AFullDiskEndsTheRecordingNotTheSession) {
