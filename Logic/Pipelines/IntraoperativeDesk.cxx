@@ -286,7 +286,11 @@ std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame) {
   const fs::path folder = fs::path(session_path_) / "snapshots";
   std::error_code error;
   fs::create_directories(folder, error);
-  const std::string path = (folder / fmt::format("frame_{:06d}.png", frame)).string();
+  const std::string name = fmt::format("frame_{:06d}", frame);
+  std::string path = (folder / (name + ".png")).string();
+  // Of one frame there may be several: with and without the overlay, before and after a decision.
+  for (int again = 2; fs::exists(path, error); ++again)
+    path = (folder / fmt::format("{}-{}.png", name, again)).string();
   WritePng(path, image, 1);  // the window waits for it
   if (worker_) worker_->Note("snapshot", {{"file", fs::path(path).filename().string()}});
   return path;

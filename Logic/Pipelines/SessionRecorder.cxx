@@ -139,8 +139,10 @@ void WriteSessionReport(const SessionFolder& session, const ResultsWriter& resul
   std::vector<fs::path> pictures;
   for (const auto& entry : fs::directory_iterator(fs::path(session.root) / "snapshots", none))
     if (entry.path().extension() == ".png") pictures.push_back(entry.path());
-  std::sort(pictures.begin(), pictures.end());
-  for (const fs::path& picture : pictures) {  // frame_000123.png
+  // frame_000123.png, frame_000123-2.png: by stems, in which the first comes first.
+  std::sort(pictures.begin(), pictures.end(),
+            [](const fs::path& a, const fs::path& b) { return a.stem() < b.stem(); });
+  for (const fs::path& picture : pictures) {
     const int frame = std::atoi(picture.stem().string().substr(6).c_str());
     double time_s = 0.0;
     for (const ReliabilityRow& row : results.ReliabilityRows())

@@ -75,7 +75,7 @@ class CutPictureGuiTest : public QObject {
 
   QTemporaryDir folder_;
   std::string case_;
-  std::string snapshot_;
+  std::vector<std::string> snapshots_;
   Points line_;  ///< of the cut, at rest, LPS
   std::unique_ptr<Page> page_;
 };
@@ -162,26 +162,30 @@ void CutPictureGuiTest::OpacityChangesTheOrganAlone() {
 }
 
 void CutPictureGuiTest::ASnapshotIsThePictureThatIsShown() {
-  const auto file = [&] {
+  // The second of the same frame stands beside the first.
+  const auto file = [&](const char* which) {
     char name[32];
-    std::snprintf(name, sizeof name, "frame_%06d.png", page_->widget->Shown()->frame.index);
+    std::snprintf(name, sizeof name, "frame_%06d%s.png", page_->widget->Shown()->frame.index,
+                  which);
     return fs::path(page_->widget->Desk().SessionPath()) / "snapshots" / name;
   };
-  const auto kept = [&] {
-    return QImage(QString::fromStdString(file().string())).convertToFormat(QImage::Format_RGB32);
+  const auto kept = [&](const char* which) {
+    return QImage(QString::fromStdString(file(which).string()))
+        .convertToFormat(QImage::Format_RGB32);
   };
   const QImage shown = Picture().convertToFormat(QImage::Format_RGB32);
   page_->Click("snapshot");
-  QVERIFY2(fs::exists(file()), file().c_str());
-  QVERIFY(kept() == shown);
-  QVERIFY(Difference(kept(), Raw()) > 0.01);  // with the overlay, not the bare picture
+  QVERIFY2(fs::exists(file("")), file("").c_str());
+  QVERIFY(kept("") == shown);
+  QVERIFY(Difference(kept(""), Raw()) > 0.01);  // with the overlay, not the bare picture
   page_->Key(Qt::Key_O);
   QTRY_COMPARE(Difference(Picture(), Raw()), 0.0);
   page_->Click("snapshot");
-  QCOMPARE(Difference(kept(), Raw()), 0.0);
+  QCOMPARE(Difference(kept("-2"), Raw()), 0.0);
+  QVERIFY(kept("") == shown);
   page_->Key(Qt::Key_O);
   QTRY_VERIFY_WITH_TIMEOUT(Difference(Picture(), Raw()) > 0.01, 10000);
-  snapshot_ = file().filename().string();
+  snapshots_ = {file("").filename().string(), file("-2").filename().string()};
 }
 
 void CutPictureGuiTest::TheFilesHoldTheCutModel() {
@@ -189,10 +193,12 @@ void CutPictureGuiTest::TheFilesHoldTheCutModel() {
   page_->Click("stop");
   QTRY_COMPARE_WITH_TIMEOUT(page_->widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 10000);
   const fs::path session = page_->widget->Desk().SessionPath();
-  int snapshots = 0;
+  std::vector<std::string> snapshots;
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
-    snapshots += entry.event == "snapshot" && *entry.Text("file") == snapshot_;
-  QCOMPARE(snapshots, 2);
+    if (entry.event == "snapshot") snapshots.push_back(*entry.Text("file"));
+  QVERIFY(snapshots == snapshots_);
+  const auto kept = fs::directory_iterator(session / "snapshots");
+  QCOMPARE(std::distance(begin(kept), end(kept)), std::ptrdiff_t(2));
   QVERIFY(page_->Exports());
 
   const TetMesh planned = page_->widget->Desk().Planned().mesh;
