@@ -281,12 +281,15 @@ void IntraoperativeDesk::Mark(const std::string& text) {
   if (worker_) worker_->Note("mark", {{"text", text}});
 }
 
-std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame) {
+std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame,
+                                            std::chrono::steady_clock::time_point captured) {
   if (session_path_.empty()) return {};
   const fs::path folder = fs::path(session_path_) / "snapshots";
   std::error_code error;
   fs::create_directories(folder, error);
-  const std::string name = fmt::format("frame_{:06d}", frame);
+  const double time_s = worker_ ? std::max(0.0, worker_->Time_s(captured)) : 0.0;
+  const std::string name =
+      frame >= 0 ? fmt::format("frame_{:06d}", frame) : fmt::format("time_{:09.3f}", time_s);
   std::string path = (folder / (name + ".png")).string();
   // Of one frame there may be several: with and without the overlay, before and after a decision.
   for (int again = 2; fs::exists(path, error); ++again)

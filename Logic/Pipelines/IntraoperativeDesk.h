@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -87,8 +88,10 @@ class IntraoperativeDesk {
   void Mark(const std::string& text);
   /// The artery is clamped, or open again: for the journal.
   void Clamp(bool closed);
-  /// Keeps a picture in the session. @return its path; empty where nothing is recorded
-  std::string KeepPicture(const Image& image, int frame);
+  /// Keeps a picture in the session. @param frame its number as registered, −1: by its time
+  /// @return its path; empty where nothing is recorded
+  std::string KeepPicture(const Image& image, int frame,
+                          std::chrono::steady_clock::time_point captured);
   /// Ends the run; the recording is complete afterwards.
   void Stop();
   /// The part of Stop() that takes long; may run on another thread. Stop() follows on this one.

@@ -106,7 +106,8 @@ const ReportSnapshot* Hero(const ReportData& data) {
 }
 
 std::string Caption(const ReportSnapshot& s) {
-  return fmt::format("{:.2f} s, frame {}", s.time_s, s.frame);
+  return s.frame < 0 ? fmt::format("{:.2f} s, not registered", s.time_s)
+                     : fmt::format("{:.2f} s, frame {}", s.time_s, s.frame);
 }
 
 Plot ReliabilityPlot(const ReportData& data) {

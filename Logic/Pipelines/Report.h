@@ -14,7 +14,7 @@ namespace kerf {
 
 /// A picture for the report, with the overlay on it.
 struct ReportSnapshot {
-  int frame = 0;
+  int frame = 0;  ///< −1: none that was registered
   double time_s = 0.0;
   Image image;
 };

@@ -143,12 +143,22 @@ void WriteSessionReport(const SessionFolder& session, const ResultsWriter& resul
   std::sort(pictures.begin(), pictures.end(),
             [](const fs::path& a, const fs::path& b) { return a.stem() < b.stem(); });
   for (const fs::path& picture : pictures) {
-    const int frame = std::atoi(picture.stem().string().substr(6).c_str());
-    double time_s = 0.0;
+    const std::string name = picture.stem().string();
+    ReportSnapshot snapshot;
+    if (name.rfind("time_", 0) == 0) {  // time_00012.345.png: was not registered
+      snapshot.frame = -1;
+      snapshot.time_s = std::atof(name.substr(5).c_str());
+    } else if (name.size() > 6) {
+      snapshot.frame = std::atoi(name.substr(6).c_str());
+    }
     for (const ReliabilityRow& row : results.ReliabilityRows())
-      if (row.frame == frame) time_s = row.time_s;
-    data.snapshots.push_back({frame, time_s, ReadPng(picture.string())});
+      if (row.frame == snapshot.frame) snapshot.time_s = row.time_s;
+    snapshot.image = ReadPng(picture.string());
+    data.snapshots.push_back(std::move(snapshot));
   }
+  std::stable_sort(
+      data.snapshots.begin(), data.snapshots.end(),
+      [](const ReportSnapshot& a, const ReportSnapshot& b) { return a.time_s < b.time_s; });
   data.timing = results.Timing();
   data.reliability = results.ReliabilityRows();
   data.cuts = results.Cuts();

@@ -29,7 +29,7 @@ struct CutItem {
 /// Everything that is known about one registered frame; made by the worker, never changed. The
 /// overlay drawn from it lies over the frame that is in it.
 struct IntraoperativeSnapshot {
-  Frame frame;  ///< numbered as recorded
+  Frame frame;  ///< numbered as recorded; −1: shown, but not registered
   std::chrono::steady_clock::time_point captured;
 
   SurfaceMesh organ;  ///< current, LPS, mm

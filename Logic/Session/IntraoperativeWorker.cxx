@@ -103,6 +103,13 @@ struct IntraoperativeWorker::Implementation {
   void DoNotWaitForSearch();
   void WatchSource();
   void Gate(const SourceState& source, IntraoperativeSnapshot* out);
+  /// A picture that was not registered, in a session: without a number.
+  Frame Unregistered(const CapturedFrame& captured) const {
+    Frame frame = captured.frame;
+    frame.index = -1;
+    frame.time_s = Seconds(captured.captured - started);
+    return frame;
+  }
   std::shared_ptr<IntraoperativeSnapshot> Describe(const Frame& frame, const SessionFrame& report,
                                                    Clock::time_point captured);
   void Publish(std::shared_ptr<const IntraoperativeSnapshot> snapshot) {
@@ -283,7 +290,7 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
   if (behind && behind_after == registered_one && behind->captured == newest->captured)
     return behind;
   auto out = std::make_shared<IntraoperativeSnapshot>(*registered_one);
-  out->frame.image = newest->frame.image;
+  out->frame = Unregistered(*newest);
   out->captured = newest->captured;
   out->source = parts.capture->State();
   out->registered_fps = 0.0;
@@ -336,7 +343,7 @@ void IntraoperativeWorker::Implementation::GoOnWithout(const std::string& why) {
     auto out = shown ? std::make_shared<IntraoperativeSnapshot>(*shown)
                      : std::make_shared<IntraoperativeSnapshot>();
     if (captured) {
-      out->frame.image = captured->frame.image;
+      out->frame = Unregistered(*captured);
       out->captured = captured->captured;
     } else if (shown && shown->stopped == why) {
       continue;
@@ -400,6 +407,10 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Latest() con
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Current(
     std::optional<std::chrono::steady_clock::time_point> now) {
   return implementation_->Current(now ? *now : implementation_->parts.capture->Now());
+}
+
+double IntraoperativeWorker::Time_s(std::chrono::steady_clock::time_point captured) const {
+  return implementation_->Latest() ? Seconds(captured - implementation_->started) : 0.0;
 }
 
 const std::string& IntraoperativeWorker::RecordingProblem() const {

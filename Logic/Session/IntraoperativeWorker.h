@@ -56,6 +56,8 @@ class IntraoperativeWorker {
   /// @param now by the capture's clock; none: what that says
   std::shared_ptr<const IntraoperativeSnapshot> Current(
       std::optional<std::chrono::steady_clock::time_point> now = {});
+  /// Since the session's first picture, s; 0 before that is registered.
+  double Time_s(std::chrono::steady_clock::time_point captured) const;
   /// Ends after the frame in work; the recording is complete when this returns.
   void Stop();
   /// Why recording ended early, empty where all was written. Only after Stop().

@@ -149,7 +149,9 @@ void qKerfIntraoperativeWidget::KeepSnapshot() {
     for (int y = 0; y < image.height; ++y)
       std::copy_n(picture.constScanLine(y), std::size_t(image.width) * 3,
                   image.data.begin() + std::size_t(y) * image.width * 3);
-    const std::string path = desk_.KeepPicture(image, shown_->frame.index);
+    // While the overlay is off the view is ahead of what is registered.
+    const int frame = shown_->captured == shown_picture_ ? shown_->frame.index : -1;
+    const std::string path = desk_.KeepPicture(image, frame, shown_picture_);
     if (!path.empty())
       services_.say(tr("Snapshot kept: %1").arg(qKerfShortPath(QString::fromStdString(path))));
   });

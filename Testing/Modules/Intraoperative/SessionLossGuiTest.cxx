@@ -226,6 +226,7 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
   QTRY_VERIFY2_WITH_TIMEOUT(lamp->text().contains("OVERLAY OFF: registration behind"),
                             qPrintable(lamp->text()), 20000);
   const int registered = page.Latest()->frame.index;
+  const double registered_s = page.Latest()->frame.time_s;
   QVERIFY(goes_on(page.widget->View()));
   QVERIFY(goes_on(page.widget->RawView()));
   QTRY_COMPARE(off_the_picture(), 0.0);
@@ -234,6 +235,19 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
   // The overlay switched off by hand: the newest, too.
   page.Key(Qt::Key_O);
   QVERIFY(goes_on(page.widget->View()));
+  page.Key(Qt::Key_O);
+  // Pictures that are kept meanwhile are named by what is in them, not by what is registered.
+  const fs::path session = page.widget->Desk().SessionPath();
+  const auto kept = [&] {
+    std::vector<std::string> names;
+    for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
+      if (entry.event == "snapshot") names.push_back(*entry.Text("file"));
+    return names;
+  };
+  page.Click("snapshot");
+  page.Key(Qt::Key_O);
+  QVERIFY(goes_on(page.widget->View()));
+  page.Click("snapshot");
   page.Key(Qt::Key_O);
   QCOMPARE(page.Latest()->frame.index, registered);
   QCOMPARE(page.Latest()->gate, GateState::Green);  // as it was then: what is shown is not that
@@ -254,7 +268,12 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
   QTRY_VERIFY(off_the_picture() > 0.01);
   page.Click("stop");
   QTRY_COMPARE_WITH_TIMEOUT(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Close, 20000);
-  const fs::path session = page.widget->Desk().SessionPath();
+  QCOMPARE(kept().size(), std::size_t(2));
+  for (const std::string& name : kept()) {
+    QVERIFY2(name.rfind("time_", 0) == 0 && fs::exists(session / "snapshots" / name), name.c_str());
+    QVERIFY2(std::atof(name.substr(5).c_str()) > registered_s + 0.4, name.c_str());
+  }
+  QVERIFY(kept()[0] < kept()[1]);
   std::multiset<std::string> events;
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
     events.insert(entry.event);
