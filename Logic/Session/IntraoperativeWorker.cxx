@@ -110,6 +110,14 @@ struct IntraoperativeWorker::Implementation {
     frame.time_s = Seconds(captured.captured - started);
     return frame;
   }
+  void SayNotes() {
+    std::deque<std::pair<std::string, JournalData>> lines;
+    {
+      const std::lock_guard lock(mutex);
+      lines.swap(notes);
+    }
+    for (const auto& [event, data] : lines) Say(event, data);
+  }
   std::shared_ptr<IntraoperativeSnapshot> Describe(const Frame& frame, const SessionFrame& report,
                                                    Clock::time_point captured);
   void Publish(std::shared_ptr<const IntraoperativeSnapshot> snapshot) {
@@ -306,14 +314,12 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
 void IntraoperativeWorker::Implementation::Round() {
   const auto captured = parts.capture->Take(kLook_s);
   std::deque<IntraoperativeDecision> decisions;
-  std::deque<std::pair<std::string, JournalData>> lines;
   {
     const std::lock_guard lock(mutex);
     decisions.swap(posted);
-    lines.swap(notes);
   }
   for (auto& decision : decisions) CarryOut(std::move(decision));
-  for (const auto& [event, data] : lines) Say(event, data);
+  SayNotes();
   if (captured) {
     if (source_kind != SourceState::Kind::Running) WatchSource();
     Register(*captured);
@@ -338,6 +344,7 @@ void IntraoperativeWorker::Implementation::GoOnWithout(const std::string& why) {
   stopped = why;
   Say(kRegistrationStopped, {{"reason", why}});
   while (!Stopped()) {
+    SayNotes();
     const auto captured = parts.capture->Take(kLook_s);
     const auto shown = Latest();
     auto out = shown ? std::make_shared<IntraoperativeSnapshot>(*shown)
@@ -369,6 +376,7 @@ void IntraoperativeWorker::Implementation::Run() {
     if (!why.empty()) GoOnWithout(why);
   } catch (...) {  // not even that: the recording is completed all the same
   }
+  SayNotes();  // of the last frame, and of what it took too long for
   if (frames > 0)
     WithSink([&](IntraoperativeSink& sink) { sink.Finish(parts.session->State(), last); });
   parts.session.reset();  // here, where waiting for its last search holds nobody

@@ -280,6 +280,20 @@ TEST(Worker, APauseOfTheSourceIsNoRegistrationThatIsBehind) {
   EXPECT_NE(scene.worker->Current(waits + 300ms)->reason, "registration behind");
 }
 
+TEST(Worker, WhatIsNotedDuringTheLastFrameIsInTheJournal) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  ASSERT_TRUE(scene.GetsStuck());
+  ASSERT_TRUE(Within(10, [&] { return scene.worker->Current()->reason == "registration behind"; }));
+  scene.worker->Note("mark", {});
+  std::thread stop([&] { scene.worker->Stop(); });
+  std::this_thread::sleep_for(100ms);
+  scene.stuck->here = false;
+  stop.join();
+  EXPECT_TRUE(scene.log->Has("registration behind"));
+  EXPECT_TRUE(scene.log->Has("mark"));
+}
+
 TEST(Worker, AFullDiskEndsTheRecordingNotTheSession) {
   Scene scene(false, 10);
   ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return !s.recording_problem.empty(); }));
@@ -303,6 +317,8 @@ TEST(Worker, WhatThrowsEndsTheRegistrationAndNothingElse) {
       << "the picture must go on";
   EXPECT_EQ(scene.worker->Latest()->frame.index, -1) << "and is not registered";
   scene.Post(Kind::Undo);  // nobody answers, nothing happens
+  scene.worker->Note("mark", {});
+  EXPECT_TRUE(Within(5, [&] { return scene.log->Has("mark"); }));
   scene.worker->Stop();
   EXPECT_TRUE(scene.log->Has(kRegistrationStopped));
   EXPECT_TRUE(scene.log->finished) << "what was recorded is completed";
