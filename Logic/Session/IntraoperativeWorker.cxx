@@ -11,8 +11,9 @@ namespace kerf {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kBehind_s = 0.4;  // a picture that waits for longer than this to be registered
-constexpr int kSettle = 15;        // looks at the last picture of all after a decision
+constexpr double kBehind_s = 0.4;    // a picture that waits for longer than this to be registered
+constexpr double kCaughtUp_s = 0.2;  // behind until none waits for longer than this
+constexpr int kSettle = 15;          // looks at the last picture of all after a decision
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
 constexpr char kBehindReason[] = "registration behind";
 
@@ -57,6 +58,7 @@ struct IntraoperativeWorker::Implementation {
 
   /// Whether registration is behind; of the worker and of whoever asks what is to be shown.
   std::mutex showing;
+  Clock::time_point first_shown;  ///< the model is set up in the first frame: none is late before
   std::optional<Clock::time_point> behind_since;  ///< when the picture that waits waited too long
   /// What is shown meanwhile, and after which registered one.
   std::shared_ptr<const IntraoperativeSnapshot> behind, behind_after;
@@ -225,15 +227,16 @@ bool IntraoperativeWorker::Implementation::IsBehind(const IntraoperativeSnapshot
                                                     Clock::time_point now) {
   // From the first frame that waits on: a source that paused is nothing to be late for.
   const auto waits = parts.capture->FirstAfter(registered_one.captured);
-  const double waited_s = waits ? Seconds(now - *waits) : 0.0;
-  if (behind_since && waited_s <= kBehind_s) {
+  const auto since = waits ? std::max(*waits, first_shown) : now;
+  const double waited_s = Seconds(now - since);
+  if (behind_since && waited_s < kCaughtUp_s) {
     Note("registration caught up", {});
     behind_since.reset();
     behind.reset();
   } else if (!behind_since && waited_s > kBehind_s) {
     Note(kBehindReason, {{"waited_s", waited_s}});
-    behind_since = *waits + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double>(kBehind_s));
+    behind_since = since + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(kBehind_s));
   }
   return behind_since.has_value();
 }
@@ -268,7 +271,12 @@ void IntraoperativeWorker::Implementation::Register(const CapturedFrame& capture
   KeepDeadline();
   if (frames == 1)
     for (const IntraoperativeDecision& decision : parts.first) CarryOut(decision);
-  Publish(Describe(frame, last, captured.captured));
+  const auto described = Describe(frame, last, captured.captured);
+  if (frames == 1) {
+    const std::lock_guard lock(showing);
+    first_shown = parts.capture->Now();
+  }
+  Publish(described);
 }
 
 /// A source that froze or got lost: the overlay goes, with the reason.

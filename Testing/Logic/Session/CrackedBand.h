@@ -35,6 +35,7 @@ inline Vec3 CrackMotion(const Vec3& rest, int frame) {
 class CrackTracker : public FeatureTracker {
  public:
   FeatureSet Detect(const Frame&, const Image&, int) override {
+    if (stuck) std::this_thread::sleep_for(stuck->detecting);
     FeatureSet features;
     std::vector<Vec3> rest;
     for (double y = -16; y <= 16; y += 4)
@@ -61,8 +62,9 @@ class CrackTracker : public FeatureTracker {
           camera_.Project(CrackMotion(rest_[i], std::min(frame.index, stop_at))).transpose();
   }
   struct Stuck {
-    std::atomic<bool> here{false};   ///< while it is set nothing comes out
-    std::atomic<bool> waits{false};  ///< a frame is in it
+    std::atomic<bool> here{false};           ///< while it is set nothing comes out
+    std::atomic<bool> waits{false};          ///< a frame is in it
+    std::chrono::milliseconds detecting{0};  ///< how long that takes
   };
   int stop_at = 1 << 20;   ///< the motion halts here
   int throw_at = 1 << 20;  ///< from here on it cannot track any more

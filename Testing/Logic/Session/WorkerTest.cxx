@@ -93,7 +93,9 @@ class BandSource : public FrameSource {
 };
 
 struct Scene {
-  explicit Scene(bool hold, int full_at = 1 << 20, int throw_at = 1 << 20) {
+  explicit Scene(bool hold, int full_at = 1 << 20, int throw_at = 1 << 20,
+                 std::chrono::milliseconds detecting = 0ms) {
+    stuck->detecting = detecting;
     log->full_at = full_at;
     CaptureOptions options;
     options.live = true;
@@ -216,6 +218,10 @@ TEST(Worker, PicturesGoOnWithoutTheOverlayWhileTheRegistrationIsBehind) {
   ASSERT_TRUE(Within(10, [&] { return scene.capture->Newest()->captured > behind->captured; }));
   EXPECT_GT(scene.worker->Current(waits + 550ms)->captured, behind->captured) << "the newest only";
   EXPECT_EQ(scene.worker->Latest(), registered);
+  // No flicker: what was too late is back once it is well in time.
+  EXPECT_EQ(scene.worker->Current(waits + 210ms)->reason, "registration behind");
+  EXPECT_EQ(scene.worker->Current(waits + 190ms), registered);
+  EXPECT_EQ(scene.worker->Current(waits + 390ms), registered);
   scene.stuck->here = false;
   EXPECT_TRUE(Within(10, [&] { return scene.worker->Current()->gate == GateState::Green; }));
   ASSERT_TRUE(Within(10, [&] { return scene.log->Has("registration caught up"); }));
@@ -262,6 +268,16 @@ TEST(Worker, ALongHangOfTheRegistrationIsALossToBeConfirmed) {
       }
     EXPECT_GE(needed, 1);
   }
+}
+
+/// Setting the model up takes a while, and pictures come meanwhile.
+TEST(Worker, TheFirstFrameIsNotLate) {
+  Scene scene(false, 1 << 20, 1 << 20, 700ms);
+  ASSERT_TRUE(Within(20, [&] { return scene.worker->Current() != nullptr; }));
+  EXPECT_NE(scene.worker->Current()->reason, "registration behind");
+  ASSERT_TRUE(Within(10, [&] { return scene.worker->Current()->frame.index > 3; }));
+  scene.worker->Stop();
+  EXPECT_FALSE(scene.log->Has("registration behind"));
 }
 
 /// A source that paused is nothing that the registration is late for.
