@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
     const auto now = Clock::now();
     const double passed = std::chrono::duration<double>(now - last).count();
     const double cpu = ProcessorSeconds();
-    const auto latest = page.Desk().Latest();
+    const auto latest = page.Desk().Current();  // registered too late is not shown
     const Row row{std::chrono::duration<double>(now - begin).count(),
                   ResidentMegabytes(),
                   (cpu - last_cpu) / passed,
