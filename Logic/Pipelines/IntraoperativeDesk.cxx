@@ -230,6 +230,7 @@ void IntraoperativeDesk::Accept(const RunOptions& options) {
   planned_margin_mm_ = parts.plan.margin_mm;
   parts.capture = capture_;
   parts.first = resumed_;
+  parts.deadline_ms = options.deadline_ms;
   parts.on_snapshot = options.on_snapshot;
   session_path_.clear();
   recording_problem_.clear();

@@ -67,11 +67,15 @@ class IntraoperativeDesk {
   /// acceptance.
   void KeepCutsForNextRun();
 
+  /// Cuts of the next run, drawn after its first frame, as those of a session that is resumed.
+  void GiveCuts(std::vector<IntraoperativeDecision> cuts) { resumed_ = std::move(cuts); }
+
   // Run
   struct RunOptions {
     bool hold_cuts = false;
     bool record = true;
     int wanted_features = 225;
+    double deadline_ms = 40.0;          ///< of a frame; 0: results that hang on no clock (tests)
     std::function<void()> on_snapshot;  ///< from the worker's thread
   };
   /// The surgeon accepts the registration: the session begins. Where it cannot be recorded it runs

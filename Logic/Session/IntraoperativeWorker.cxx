@@ -153,7 +153,7 @@ void IntraoperativeWorker::Implementation::DecideByTheClock(IntraoperativeDecisi
 
 /// A search that shares the cores with the window may take longer than the frames that it is given.
 void IntraoperativeWorker::Implementation::DoNotWaitForSearch() {
-  const bool is_late = parts.session->SearchIsLate(frames);
+  const bool is_late = parts.deadline_ms > 0.0 && parts.session->SearchIsLate(frames);
   if (is_late == search_held) return;
   search_held = is_late;
   IntraoperativeDecision decision;

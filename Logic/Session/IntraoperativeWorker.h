@@ -39,7 +39,8 @@ class IntraoperativeWorker {
     std::vector<IntraoperativeDecision> first;  ///< before the second frame: cuts of a session that
                                                 ///< is taken up again
     std::function<void()> on_snapshot;          ///< from the worker's thread; must be quick
-    double deadline_ms = 40.0;  ///< of a frame: what takes longer limits the solver; 0 = none
+    double deadline_ms = 40.0;  ///< of a frame: what takes longer limits the solver; 0 = none:
+                                ///< all iterations, searches are waited for, no clock is asked
   };
   static constexpr double kLook_s = 0.05;  ///< how often a silent source is looked at
   explicit IntraoperativeWorker(Parts parts);

@@ -182,6 +182,7 @@ void qKerfIntraoperativeWidget::Accept() {
     kerf::IntraoperativeDesk::RunOptions options;
     options.hold_cuts = run_->HoldsCuts();
     options.record = record_;
+    options.deadline_ms = deadline_ms_;
     options.on_snapshot = [this] {
       QMetaObject::invokeMethod(this, &qKerfIntraoperativeWidget::Tick, Qt::QueuedConnection);
     };

@@ -80,6 +80,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   bool OverlayOn() const { return overlay_on_; }
   /// Whether sessions are recorded; on unless said otherwise.
   void SetRecording(bool record) { record_ = record; }
+  /// Of a frame, ms; 0: none, so that results hang on no clock (tests).
+  void SetDeadline(double ms) { deadline_ms_ = ms; }
 
  signals:
   void StepChanged(int step);
@@ -169,6 +171,7 @@ class qKerfIntraoperativeWidget : public QWidget {
   std::future<void> ending_;  ///< while the recording is being completed
   std::function<void()> after_end_;
   bool fitting_ = false;  ///< the outline is being fitted
+  double deadline_ms_ = kerf::IntraoperativeDesk::RunOptions().deadline_ms;
   bool record_ = true, overlay_on_ = true, drawing_ = false, exposure_changed_ = true,
        full_ = false, was_full_screen_ = false;
   double contour_fit_ = 0.0, latency_ms_ = 0.0;

@@ -45,11 +45,16 @@ class PhantomCase {
   static std::string Study() { return KERF_TEST_PHANTOM; }
   std::string Folder() const { return folder_.string(); }
   /// Opens the case and the video, every frame of it as fast as it is registered.
-  void OpenFor(IntraoperativeDesk* desk) const {
+  /// @param open the video in another way
+  void OpenFor(IntraoperativeDesk* desk, IntraoperativeDesk::SourceOpener open = {}) const {
     CaptureOptions options;
     options.every = true;
     options.paced = false;
-    desk->SetCaptureOptions(options);
+    options.hold = true;
+    if (open)
+      desk->SetSourceOpener(std::move(open), options);
+    else
+      desk->SetCaptureOptions(options);
     desk->OpenCase(Folder(), IntraoperativeDesk::ReadPlanned(Folder()));
     desk->OpenSource(Study() + "/video.mp4");
     if (!Within(20, [&] { return desk->Newest().has_value(); }))

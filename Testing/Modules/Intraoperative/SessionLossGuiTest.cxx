@@ -230,7 +230,7 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
   QVERIFY(goes_on(page.widget->View()));
   QVERIFY(goes_on(page.widget->RawView()));
   QTRY_COMPARE(off_the_picture(), 0.0);
-  QVERIFY(!page.Find<QLabel>("figures")->text().contains("registered"));
+  QTRY_VERIFY(!page.Find<QLabel>("figures")->text().contains("registered"));
   Keep(&page, "behind");
   // The overlay switched off by hand: the newest, too.
   page.Key(Qt::Key_O);
