@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "CaseIO/JournalRead.h"
 #include "GuiScene.h"
 #include "Pipelines/SessionFolder.h"
 
@@ -72,6 +73,9 @@ class IntraoperativeRealTimeTest : public QObject {
     qInfo("registered %d of %d pictures after the first second, at most %d skipped in a row",
           registered, pictures, longest);
     QVERIFY(registered > 0);
+    for (const JournalEntry& entry : ReadJournal(session + "/journal.jsonl"))
+      if (entry.event.rfind("registration ", 0) == 0 || entry.event == "confirmation needed")
+        qInfo("%.2f s, frame %d: %s", entry.time_s, entry.frame, entry.event.c_str());
   }
 
  private slots:

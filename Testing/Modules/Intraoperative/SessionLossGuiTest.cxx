@@ -1,5 +1,6 @@
 // What a session loses and what it does not: the source pulled, the registration stuck, the process
 // killed. With real events.
+#include <QFile>
 #include <QProcess>
 #include <QScopeGuard>
 #include <atomic>
@@ -274,6 +275,9 @@ void SessionLossGuiTest::AStuckRegistrationIsSaidAndTheNewestPictureShown() {
     QVERIFY2(std::atof(name.substr(5).c_str()) > registered_s + 0.4, name.c_str());
   }
   QVERIFY(kept()[0] < kept()[1]);
+  QFile report(QString::fromStdString((session / "report.html").string()));
+  QVERIFY(report.open(QIODevice::ReadOnly));
+  QCOMPARE(report.readAll().count("s, not registered"), 2);
   std::multiset<std::string> events;
   for (const JournalEntry& entry : ReadJournal((session / "journal.jsonl").string()))
     events.insert(entry.event);
