@@ -98,10 +98,13 @@ std::string SpeedSentence(const ReportData& data) {
 
 const ReportSnapshot* Hero(const ReportData& data) {
   if (data.snapshots.empty()) return nullptr;
-  // The first picture well after the first cut shows most; without a cut, the last one.
+  // The first picture well after the first cut shows most; without a cut, the last
+  // one that was registered.
   if (!data.cuts.empty())
     for (const ReportSnapshot& s : data.snapshots)
       if (s.frame >= data.cuts.front().detected_frame + 20) return &s;
+  for (auto s = data.snapshots.rbegin(); s != data.snapshots.rend(); ++s)
+    if (s->frame >= 0) return &*s;
   return &data.snapshots.back();
 }
 
