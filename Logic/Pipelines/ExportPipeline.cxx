@@ -44,6 +44,7 @@ Source OpenCase(const std::string& folder) {
 /// The label map that was planned on; empty where there is none. The manifest tells its name; where
 /// there is no manifest, it is the usual one.
 std::string PlannedLabels(const std::string& case_folder) {
+  if (case_folder.empty()) return {};
   if (FolderFormat(case_folder) == "kerf-case") {
     const CaseFolder opened = CaseFolder::Open(case_folder, false);
     return opened.Has("segmentation") ? opened.Path("segmentation") : std::string();

@@ -45,7 +45,7 @@ struct IntraoperativeWorker::Implementation {
   double time_s = 0.0;
   RateMeter registered;
   std::optional<Clock::time_point> off_since;
-  std::string off_reason;
+  std::string off_reason, loss_reason;  ///< last; of the loss that is to be confirmed
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
   SolverPace pace;
@@ -91,7 +91,8 @@ struct IntraoperativeWorker::Implementation {
     const std::lock_guard lock(mutex);
     notes.push_back({event, data});
   }
-  std::optional<Clock::time_point> BehindSince(Clock::time_point now);
+  std::optional<Clock::time_point> BehindSince(const IntraoperativeSnapshot& registered_one,
+                                               Clock::time_point now);
   bool IsBehind(const IntraoperativeSnapshot& registered_one, Clock::time_point now);
   std::shared_ptr<const IntraoperativeSnapshot> Current(Clock::time_point now);
 
@@ -188,10 +189,16 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
     out->gate = GateState::Off;
     out->reason = source.message.empty() ? "no picture" : source.message;
   }
-  if (const auto since = BehindSince(now)) {
-    if (out->gate != GateState::Off) out->reason = kBehindReason;
-    out->gate = GateState::Off;
-    off_since = std::min(off_since.value_or(now), *since);
+  // A hang is noticed by the frame that ends it, and counts even if nothing waits behind that one.
+  if (const auto registered_one = Latest()) {
+    if (const auto since = BehindSince(*registered_one, now)) {
+      off_since = std::min(off_since.value_or(now), *since);
+      off_reason = kBehindReason;
+    }
+    if (BehindSince(*out, now)) {
+      if (out->gate != GateState::Off) out->reason = kBehindReason;
+      out->gate = GateState::Off;
+    }
   }
   const bool is_off = out->gate == GateState::Off;
   if (is_off) {
@@ -201,25 +208,24 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
   // A loss is never bridged: whether the model is right again is for the surgeon to say.
   if (!needs_confirmation && off_since && Seconds(now - *off_since) > kLossToConfirm_s) {
     needs_confirmation = true;
-    Say("confirmation needed", {{"reason", off_reason}});
+    loss_reason = off_reason;
+    Say("confirmation needed", {{"reason", loss_reason}});
   }
   out->needs_confirmation = needs_confirmation;
   if (is_off) return;
   off_since.reset();
   if (!needs_confirmation) return;
   out->gate = GateState::Off;
-  out->reason = off_reason == kBehindReason
+  out->reason = loss_reason == kBehindReason
                     ? "registration has caught up: check it and confirm"
                     : "the picture is back: check the registration and confirm";
 }
 
-/// Registered and shown alike: a hang of the registration is noticed by the frame that ends it.
+/// None where no picture that came after this one has waited for too long.
 std::optional<Clock::time_point> IntraoperativeWorker::Implementation::BehindSince(
-    Clock::time_point now) {
-  const auto registered_one = Latest();
-  if (!registered_one) return std::nullopt;
+    const IntraoperativeSnapshot& registered_one, Clock::time_point now) {
   const std::lock_guard lock(showing);
-  return IsBehind(*registered_one, now) ? behind_since : std::nullopt;
+  return IsBehind(registered_one, now) ? behind_since : std::nullopt;
 }
 
 /// `showing` is held.
