@@ -1,11 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <ctime>
 
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Core/Errors.h"
+#include "Support/CasesFolder.h"
 #include "Support/TestCameras.h"
 #include "TemporaryFolder.h"
 
@@ -130,9 +130,7 @@ TEST(CameraFile, IntrinsicsNeedNoPose) {
 }
 
 TEST(CameraFile, LandmarksOfAStudyProjectOntoTheirPixels) {
-  const char* given = std::getenv("KERF_CASES");
-  const std::filesystem::path study =
-      std::filesystem::path(given ? given : KERF_CASES_DEFAULT) / "kidney-1";
+  const std::filesystem::path study = kerf::testing::CasesFolder() / "kidney-1";
   if (!std::filesystem::exists(study)) GTEST_SKIP() << "no study " << study << " (set KERF_CASES)";
   const CameraModel camera = ReadCameraFile((study / "camera.yml").string());
   // First point of features_rest.csv: -42.966,32.121,105.734 (RAS) at 557.83, 397.75.

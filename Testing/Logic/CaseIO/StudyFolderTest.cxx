@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 
 #include "CaseIO/StudyFolder.h"
 #include "Core/Errors.h"
+#include "Support/CasesFolder.h"
 #include "TemporaryFolder.h"
 
 namespace kerf {
@@ -127,8 +127,7 @@ TEST(StudyFolder, TracksNameWhatIsWrong) {
 }
 
 TEST(StudyFolder, ReadsTheSimulatedStudies) {
-  const char* given = std::getenv("KERF_CASES");
-  const std::filesystem::path cases = given ? given : KERF_CASES_DEFAULT;
+  const std::filesystem::path cases = kerf::testing::CasesFolder();
   if (!std::filesystem::exists(cases / "kidney-1"))
     GTEST_SKIP() << "no studies at " << cases << " (set KERF_CASES)";
   for (const char* name : {"kidney-1", "silicone-left"}) {

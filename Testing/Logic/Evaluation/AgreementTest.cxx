@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "CaseIO/CaseFolder.h"
 #include "Core/Errors.h"
 #include "Logic/CaseIO/TemporaryFolder.h"
 #include "Pipelines/EvaluatePipeline.h"
+#include "Support/CasesFolder.h"
 
 namespace kerf {
 namespace {
@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using testing::MessageOf;
 using testing::TemporaryFolder;
-
-fs::path Cases() {
-  const char* given = std::getenv("KERF_CASES");
-  return given ? given : KERF_CASES_DEFAULT;
-}
 
 nlohmann::json ReadJson(const fs::path& file) {
   std::ifstream in(file);
@@ -55,10 +50,10 @@ void WriteTruthAsResults(const fs::path& study, const TemporaryFolder& out, bool
 class Agreement : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    study_ = Cases() / GetParam();
-    if (!fs::exists(study_ / "truth") || !fs::exists(Cases() / "baselines.json"))
+    study_ = testing::CasesFolder() / GetParam();
+    if (!fs::exists(study_ / "truth") || !fs::exists(testing::CasesFolder() / "baselines.json"))
       GTEST_SKIP() << "no study " << study_ << " (set KERF_CASES)";
-    baselines_ = ReadJson(Cases() / "baselines.json")[GetParam()];
+    baselines_ = ReadJson(testing::CasesFolder() / "baselines.json")[GetParam()];
   }
   void ExpectAgreement(const Scores& scores, const nlohmann::json& judge) {
     for (const auto& [name, value] : judge["final"].items()) {
@@ -130,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Studies, Agreement,
                          });
 
 TEST(EvaluateAgainstTruth, NamesWhatIsMissing) {
-  const fs::path study = Cases() / "silicone-left";
+  const fs::path study = testing::CasesFolder() / "silicone-left";
   if (!fs::exists(study)) GTEST_SKIP() << "no study " << study << " (set KERF_CASES)";
   TemporaryFolder results, other;
   Progress silent;
@@ -145,7 +140,7 @@ TEST(EvaluateAgainstTruth, NamesWhatIsMissing) {
 }
 
 TEST(EvaluateAgainstTruth, MetricsComeBack) {
-  const fs::path study = Cases() / "silicone-left";
+  const fs::path study = testing::CasesFolder() / "silicone-left";
   if (!fs::exists(study)) GTEST_SKIP() << "no study " << study << " (set KERF_CASES)";
   TemporaryFolder results;
   Progress silent;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <vector>
 
@@ -12,16 +11,12 @@
 #include "CaseIO/StudyFolder.h"
 #include "Logic/CaseIO/TemporaryFolder.h"
 #include "Pipelines/ReplayPipeline.h"
+#include "Support/CasesFolder.h"
 
 namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path Cases() {
-  const char* given = std::getenv("KERF_CASES");
-  return given ? given : KERF_CASES_DEFAULT;
-}
 
 /// Of the surface, so that it does not depend on how finely it is meshed.
 Vec3 Centroid(const SurfaceMesh& surface) {
@@ -77,7 +72,7 @@ double Median(std::vector<double> values) {
 TEST(TumourBound, CoversTheTruthAndIsNotVacuous) {
   Judged judged;
   for (const char* name : {"kidney-1", "kidney-2", "kidney-nocut", "liver-1"}) {
-    const fs::path study = Cases() / name;
+    const fs::path study = testing::CasesFolder() / name;
     if (!fs::exists(study / "truth")) GTEST_SKIP() << "no study " << study << " (set KERF_CASES)";
     Judge(study, &judged);
   }

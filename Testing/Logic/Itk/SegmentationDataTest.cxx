@@ -11,6 +11,7 @@
 #include "Adapters/Itk/Segmentation.h"
 #include "Adapters/Itk/VolumeFiles.h"
 #include "Overlap.h"
+#include "Support/CasesFolder.h"
 #include "TestSupport.h"
 
 namespace kerf {
@@ -23,7 +24,7 @@ using testing::OrganDice;
 class StudyCt : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(StudyCt, IsSegmentedWithoutASeed) {
-  const std::string folder = testing::CasesFolder() + "/" + GetParam();
+  const std::string folder = (testing::CasesFolder() / GetParam()).string();
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no " << folder << " (KERF_CASES)";
   Progress silent;
   SegmentationReport report;

@@ -62,9 +62,5 @@ inline std::string DataFolder() {
   const char* own = std::getenv("KERF_DATA");
   return own ? own : KERF_DATA_DEFAULT;
 }
-inline std::string CasesFolder() {
-  const char* own = std::getenv("KERF_CASES");
-  return own ? own : KERF_CASES_DEFAULT;
-}
 
 }  // namespace kerf::testing

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -10,6 +9,7 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/OpenCv/LandmarkRegistration.h"
 #include "Core/Errors.h"
+#include "Support/CasesFolder.h"
 #include "Support/Draws.h"
 #include "Support/TestCameras.h"
 
@@ -184,8 +184,7 @@ TEST(Landmarks, BadInputIsRefusedByName) {
 
 /// The studies' landmarks (1 px and 0.5 mm of noise) against the pose of the video.
 TEST(Landmarks, StudiesAgainstTruth) {
-  const char* from_environment = std::getenv("KERF_CASES");
-  const std::filesystem::path cases = from_environment ? from_environment : KERF_CASES_DEFAULT;
+  const std::filesystem::path cases = kerf::testing::CasesFolder();
   if (!std::filesystem::exists(cases / "kidney-1"))
     GTEST_SKIP() << "no studies at " << cases << " (set KERF_CASES)";
   for (const std::string study : {"kidney-1", "kidney-2", "kidney-nocut", "liver-1"}) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -13,6 +12,7 @@
 #include "Adapters/OpenCv/ImageSequence.h"
 #include "Adapters/OpenCv/LucasKanadeTracker.h"
 #include "Adapters/OpenCv/VideoSource.h"
+#include "Support/CasesFolder.h"
 
 using namespace kerf;
 namespace fs = std::filesystem;
@@ -87,9 +87,7 @@ FrameScore ScoreOf(const FeatureSet& features, const std::map<int, Exact>& exact
 class StudyTracking : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(StudyTracking, FollowsTheExactPositions) {
-  const char* from_environment = std::getenv("KERF_CASES");
-  const fs::path study =
-      fs::path(from_environment ? from_environment : KERF_CASES_DEFAULT) / GetParam();
+  const fs::path study = kerf::testing::CasesFolder() / GetParam();
   if (!fs::exists(study / "video.mp4"))
     GTEST_SKIP() << "no study at " << study << " (set KERF_CASES)";
   const ExactTracks exact = ReadExact((study / "features_2d.csv").string());

@@ -138,7 +138,6 @@ TEST(Video, ColoursAndGreyComeBack) {
 }
 
 TEST(Video, WhatCannotBeBegunLeavesNothingEither) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   Scratch folder("never-begun");
   fs::create_symlink("/dev/full", folder / "v.part.mp4");
   MessageOf([&] { VideoWriter writer(folder / "v.mp4", 64, 48, 25); });
@@ -153,7 +152,6 @@ TEST(Video, NamesMayHaveAColon) {
 }
 
 TEST(Video, AFullDiskIsSaidAndLeavesNothing) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   Scratch folder("full");
   fs::create_symlink("/dev/full", folder / "v.part.mp4");
   const std::string message = MessageOf([&] {

@@ -12,6 +12,7 @@
 #include "Core/Errors.h"
 #include "Phantom/PhantomScenario.h"
 #include "Pipelines/PhantomPipeline.h"
+#include "Support/CasesFolder.h"
 
 namespace kerf {
 namespace {
@@ -88,9 +89,7 @@ TEST_F(PhantomStudy, IsTheSameBitForBit) {
 
 /// The judge that the project did not write accepts the layout and scores the truth as the truth.
 TEST_F(PhantomStudy, TheJudgeScoresTheTruthAsTheTruth) {
-  const char* given = std::getenv("KERF_CASES");
-  const fs::path judge =
-      fs::path(given != nullptr ? given : KERF_CASES_DEFAULT) / "../evaluate/evaluate.py";
+  const fs::path judge = kerf::testing::CasesFolder() / "../evaluate/evaluate.py";
   if (!fs::exists(judge)) GTEST_SKIP() << "no judge beside the cases (KERF_CASES): " << judge;
   if (std::system("/usr/bin/python3 -c 'import vtk, cv2, scipy' 2>/dev/null") != 0)
     GTEST_SKIP() << "python3 with vtk, cv2 and scipy is needed for the judge";

@@ -22,16 +22,12 @@
 #include "Adapters/Rendering/ImageEncoding.h"
 #include "Adapters/Rendering/OverlayRenderer.h"
 #include "Adapters/Rendering/VirtualDisplay.h"
+#include "Support/CasesFolder.h"
 
 namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path Cases() {
-  const char* given = std::getenv("KERF_CASES");
-  return given ? given : KERF_CASES_DEFAULT;
-}
 
 CameraModel StudyCamera(const fs::path& file) {
   cv::FileStorage in(file.string(), cv::FileStorage::READ);
@@ -109,8 +105,9 @@ void PrintTo(const StudyFrame& s, std::ostream* out) { *out << s.study << " " <<
 class StudyOverlay : public ::testing::TestWithParam<StudyFrame> {
  protected:
   void SetUp() override {
-    if (!fs::exists(Cases() / GetParam().study))
-      GTEST_SKIP() << "no study " << GetParam().study << " in " << Cases() << " (set KERF_CASES)";
+    if (!fs::exists(testing::CasesFolder() / GetParam().study))
+      GTEST_SKIP() << "no study " << GetParam().study << " in " << testing::CasesFolder()
+                   << " (set KERF_CASES)";
     std::string why;
     if (!RenderingAvailable(&why)) GTEST_SKIP() << why;
   }
@@ -119,7 +116,7 @@ class StudyOverlay : public ::testing::TestWithParam<StudyFrame> {
     std::snprintf(stem, sizeof stem, "frame_%05d", GetParam().frame);
     return stem;
   }
-  fs::path Study() const { return Cases() / GetParam().study; }
+  fs::path Study() const { return testing::CasesFolder() / GetParam().study; }
   fs::path Truth(const std::string& suffix) const { return Study() / "truth" / (Stem() + suffix); }
 };
 

@@ -16,7 +16,7 @@ class ErrorMap : public ::testing::Test {
  protected:
   void SetUp() override {
     std::string why;
-    if (!RenderingAvailable(&why)) GTEST_SKIP() << why;
+    ASSERT_TRUE(RenderingAvailable(&why)) << why;
   }
   /// @return blue, green, red in the middle of the picture
   static std::array<int, 3> Middle(const Image& image, int dx = 0) {

@@ -8,6 +8,7 @@
 
 #include "Adapters/Vtk/MeshFiles.h"
 #include "Core/Errors.h"
+#include "Support/CasesFolder.h"
 #include "Support/TestMeshes.h"
 
 using namespace kerf;
@@ -228,8 +229,7 @@ TEST_F(MeshFiles, WritingLeavesOneFileAndFailsWithTheName) {
 }
 
 TEST_F(MeshFiles, ReadsTheStudiesFiles) {
-  const char* given = std::getenv("KERF_CASES");
-  const std::string cases = given ? given : KERF_CASES_DEFAULT;
+  const std::string cases = kerf::testing::CasesFolder().string();
   const std::string vtp = cases + "/kidney-1/truth/rest_internal.vtp",
                     stl = cases + "/silicone-left/organ_surface.stl";
   if (!fs::exists(vtp) || !fs::exists(stl)) GTEST_SKIP() << "no studies at " << cases;
