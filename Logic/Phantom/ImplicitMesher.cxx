@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "Phantom/PhantomShape.h"
@@ -11,21 +12,20 @@
 namespace kerf {
 namespace {
 
-/// Grid whose node column `plane` lies on the sheet; each cell is split into six tetrahedra around
+/// Grid with a node column on each sheet; each cell is split into six tetrahedra around
 /// its diagonal, so that neighbouring cells share their face diagonals.
 class Grid {
  public:
   explicit Grid(const ImplicitMeshRequest& request) : request_(request) {
     const double h = request.cell_mm;
-    const double centre = request.divided
-                              ? request.sheet_x(0.5 * (request.low.y() + request.high.y()))
-                              : request.low.x();
-    const int below =
-        request.divided ? static_cast<int>(std::ceil((centre - request.low.x()) / h)) + 3 : 1;
-    plane_ = request.divided ? below : -1;
-    start_ = Vec3(request.divided ? -below * h : request.low.x() - h, request.low.y() - h,
-                  request.low.z() - h);
-    const double end_x = request.divided ? request.high.x() - centre + 3 * h : request.high.x() + h;
+    const bool divided = !request.sheets.empty();
+    const double centre =
+        divided ? request.sheet_x(0.5 * (request.low.y() + request.high.y())) : request.low.x();
+    const int below = divided ? static_cast<int>(std::ceil((centre - request.low.x()) / h)) + 3 : 1;
+    for (int n : request.sheets) planes_.push_back(below + n);
+    start_ =
+        Vec3(divided ? -below * h : request.low.x() - h, request.low.y() - h, request.low.z() - h);
+    const double end_x = divided ? request.high.x() - centre + 3 * h : request.high.x() + h;
     size_ = {static_cast<int>(std::ceil((end_x - start_.x()) / h)) + 1,
              static_cast<int>(std::ceil((request.high.y() + h - start_.y()) / h)) + 1,
              static_cast<int>(std::ceil((request.high.z() + h - start_.z()) / h)) + 1};
@@ -34,22 +34,29 @@ class Grid {
       values_[n] = request.f(Node(static_cast<int>(n)));
   }
   const std::array<int, 3>& Size() const { return size_; }
-  int Plane() const { return plane_; }
+  /// Node columns of the sheets.
+  const std::vector<int>& Planes() const { return planes_; }
   int Id(int i, int j, int k) const { return (k * size_[1] + j) * size_[0] + i; }
   double Value(int node) const { return values_[node]; }
-  bool OnPlane(int node) const { return node % size_[0] == plane_; }
+  /// x − sheet_x(y) of the sheet on which both nodes lie.
+  std::optional<double> SharedSheet(int a, int b) const {
+    if (a % size_[0] != b % size_[0]) return std::nullopt;
+    for (std::size_t s = 0; s < planes_.size(); ++s)
+      if (a % size_[0] == planes_[s]) return request_.sheets[s] * request_.cell_mm;
+    return std::nullopt;
+  }
   Vec3 Node(int node) const {
     const int i = node % size_[0], j = (node / size_[0]) % size_[1],
               k = node / (size_[0] * size_[1]);
     return Bent(start_ + request_.cell_mm * Vec3(i, j, k));
   }
-  /// Straight grid coordinates (x measured from the sheet) to the body's axes.
+  /// Straight grid coordinates (x measured from the first sheet) to the body's axes.
   Vec3 Bent(const Vec3& p) const {
-    return request_.divided ? Vec3(p.x() + request_.sheet_x(p.y()), p.y(), p.z()) : p;
+    return !planes_.empty() ? Vec3(p.x() + request_.sheet_x(p.y()), p.y(), p.z()) : p;
   }
   /// The surface point of an edge; edges on the sheet stay on it.
   Vec3 EdgePoint(int a, int b) const {
-    const bool on_sheet = OnPlane(a) && OnPlane(b);
+    const auto on_sheet = SharedSheet(a, b);
     const Vec3 pa = Node(a), pb = Node(b);
     const double va = Value(a), vb = Value(b);
     // Kept off the nodes (no slivers), then slid onto the surface.
@@ -64,7 +71,7 @@ class Grid {
         const double length2 = gy * gy + g.z() * g.z();
         const double scale = request_.f(p) / std::max(length2, 1e-6);
         const double y = p.y() - scale * gy;
-        p = Vec3(request_.sheet_x(y), y, p.z() - scale * g.z());
+        p = Vec3(request_.sheet_x(y) + *on_sheet, y, p.z() - scale * g.z());
       } else {
         p -= request_.f(p) / std::max(g.squaredNorm(), 1e-6) * g;
       }
@@ -76,7 +83,7 @@ class Grid {
   const ImplicitMeshRequest& request_;
   std::array<int, 3> size_{};
   Vec3 start_;
-  int plane_ = -1;
+  std::vector<int> planes_;
   std::vector<double> values_;
 };
 
@@ -164,7 +171,9 @@ void ClipTriangle(const Grid& grid, const std::array<int, 3>& node, Builder* out
 
 ImplicitMesh MeshImplicit(const ImplicitMeshRequest& request) {
   const Grid grid(request);
-  Builder whole(grid), minus(grid), plus(grid), section(grid);
+  const std::vector<int>& planes = grid.Planes();
+  std::vector<Builder> pieces(planes.size() + 1, Builder(grid)),
+      sections(planes.size(), Builder(grid));
   const auto& size = grid.Size();
   // The six paths from corner 000 to corner 111.
   static const int kSteps[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
@@ -172,7 +181,7 @@ ImplicitMesh MeshImplicit(const ImplicitMeshRequest& request) {
   for (int k = 0; k + 1 < size[2]; ++k) {
     for (int j = 0; j + 1 < size[1]; ++j) {
       for (int i = 0; i + 1 < size[0]; ++i) {
-        Builder& side = !request.divided ? whole : i < grid.Plane() ? minus : plus;
+        Builder& piece = pieces[std::upper_bound(planes.begin(), planes.end(), i) - planes.begin()];
         for (const auto& steps : kSteps) {
           std::array<int, 3> at{i, j, k};
           std::array<int, 4> node{grid.Id(i, j, k), 0, 0, 0};
@@ -180,19 +189,22 @@ ImplicitMesh MeshImplicit(const ImplicitMeshRequest& request) {
             ++at[steps[n]];
             node[n + 1] = grid.Id(at[0], at[1], at[2]);
           }
-          MarchTetrahedron(grid, node, &side);
+          MarchTetrahedron(grid, node, &piece);
         }
       }
-      if (request.divided) {
-        const int i = grid.Plane();
+      for (std::size_t s = 0; s < planes.size(); ++s) {
+        const int i = planes[s];
         ClipTriangle(grid, {grid.Id(i, j, k), grid.Id(i, j + 1, k), grid.Id(i, j + 1, k + 1)},
-                     &section);
+                     &sections[s]);
         ClipTriangle(grid, {grid.Id(i, j, k), grid.Id(i, j + 1, k + 1), grid.Id(i, j, k + 1)},
-                     &section);
+                     &sections[s]);
       }
     }
   }
-  return {whole.Build(), minus.Build(), plus.Build(), section.Build()};
+  ImplicitMesh mesh;
+  for (const Builder& piece : pieces) mesh.pieces.push_back(piece.Build());
+  for (const Builder& section : sections) mesh.sections.push_back(section.Build());
+  return mesh;
 }
 
 }  // namespace kerf

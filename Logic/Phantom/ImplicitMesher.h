@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "Core/SurfaceMesh.h"
 
@@ -9,21 +10,20 @@ namespace kerf {
 using ImplicitFunction = std::function<double(const Vec3&)>;  ///< negative inside, smooth, about mm
 
 /// Zero surface of an implicit function on a regular grid of tetrahedra, vertices projected onto
-/// the surface. A sheet x = sheet_x(y) can divide the body: then both pieces are meshed up to the
-/// sheet with identical rim vertices.
+/// the surface. Sheets x = sheet_x(y) + n · cell can divide the body: then its pieces are meshed up
+/// to the sheets with identical rim vertices.
 struct ImplicitMeshRequest {
   ImplicitFunction f;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  ///< box that holds the surface, mm
   double cell_mm = 2.0;
-  bool divided = false;
+  std::vector<int> sheets;  ///< n of each sheet, ascending from 0; empty: not divided
   std::function<double(double y)> sheet_x;  ///< used when divided
 };
 
 struct ImplicitMesh {
-  SurfaceMesh whole;  ///< when not divided: closed
-  SurfaceMesh minus,
-      plus;  ///< when divided: the outer surface on either side of the sheet, open at the sheet
-  SurfaceMesh section;  ///< when divided: the body's section with the sheet, normals towards +x
+  /// The outer surface between the sheets, ascending in x, open at them; closed when not divided.
+  std::vector<SurfaceMesh> pieces;
+  std::vector<SurfaceMesh> sections;  ///< of the body with each sheet, normals towards +x
 };
 
 ImplicitMesh MeshImplicit(const ImplicitMeshRequest& request);

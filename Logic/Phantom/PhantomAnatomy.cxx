@@ -24,6 +24,12 @@ void Append(const SurfaceMesh& part, int cut, int region, bool flip, PhantomAnat
                            static_cast<std::int8_t>(region));
 }
 
+/// Both faces of the sheet of a cut. @param section normals towards +x
+void AppendFaces(const SurfaceMesh& section, int cut, PhantomAnatomy* out) {
+  Append(section, cut + 1, cut, false, out);
+  Append(section, cut + 1, cut + 1, true, out);
+}
+
 /// A rectangle of quads, each split in two: corner + i·u/nu + j·v/nv, normal u × v.
 SurfaceMesh Panel(const Vec3& corner, const Vec3& u, const Vec3& v, double cell_mm) {
   const int nu = std::max(1, static_cast<int>(std::round(u.norm() / cell_mm)));
@@ -86,21 +92,18 @@ SurfaceMesh BandPart(const Vec3& size, double x0, double x1, bool open_low, bool
 
 void BuildBand(const PhantomSetup& setup, PhantomAnatomy* out) {
   const Vec3& size = setup.band_size_mm;
-  const double end = 0.5 * size.x(), x = setup.motion.sheet_x_mm;
-  if (!setup.motion.has_cut) {
-    Append(BandPart(size, -end, end, false, false), 0, 0, false, out);
-    return;
+  const auto& cuts = setup.motion.cuts;
+  double from = -0.5 * size.x();
+  for (std::size_t k = 0; k <= cuts.size(); ++k) {
+    const bool last = k == cuts.size();
+    const double to = last ? 0.5 * size.x() : cuts[k].sheet_x_mm;
+    Append(BandPart(size, from, to, k > 0, !last), 0, static_cast<int>(k), false, out);
+    from = to;
   }
-  const SurfaceMesh face = Panel(Vec3(x, -0.5 * size.y(), -0.5 * size.z()), Vec3(0, size.y(), 0),
-                                 Vec3(0, 0, size.z()), kBandCell_mm);
-  Append(BandPart(size, -end, x, false, true), 0, 0, false, out);
-  Append(BandPart(size, x, end, true, false), 0, 1, false, out);
-  Append(face, 1, 0, false, out);
-  Append(face, 1, 1, true, out);
-}
-
-int SideOf(const PhantomAnatomy& anatomy, Index point) {
-  return anatomy.organ_region[point] == 0 ? -1 : 1;
+  for (int k = 0; k < static_cast<int>(cuts.size()); ++k)
+    AppendFaces(Panel(Vec3(cuts[k].sheet_x_mm, -0.5 * size.y(), -0.5 * size.z()),
+                      Vec3(0, size.y(), 0), Vec3(0, 0, size.z()), kBandCell_mm),
+                k, out);
 }
 
 }  // namespace
@@ -112,35 +115,32 @@ PhantomAnatomy BuildPhantomAnatomy(const PhantomSetup& setup) {
     return anatomy;
   }
   const PhantomMotion motion(setup.motion);
-  ImplicitMeshRequest organ{KidneyOrgan,          Vec3(-58, -36, -32),
-                            Vec3(58, 38, 32),     2.4,
-                            setup.motion.has_cut, [&](double y) { return motion.SheetX_mm(y); }};
+  ImplicitMeshRequest organ{KidneyOrgan, Vec3(-58, -36, -32), Vec3(58, 38, 32), 2.4, {}, {}};
+  for (int k = 0; k < motion.CutCount(); ++k)
+    organ.sheets.push_back(static_cast<int>(std::lround(
+        (setup.motion.cuts[k].sheet_x_mm - setup.motion.cuts[0].sheet_x_mm) / organ.cell_mm)));
+  organ.sheet_x = [&](double y) { return motion.SheetX_mm(y, 0); };
   const ImplicitMesh mesh = MeshImplicit(organ);
-  if (setup.motion.has_cut) {
-    Append(mesh.minus, 0, 0, false, &anatomy);
-    Append(mesh.plus, 0, 1, false, &anatomy);
-    Append(mesh.section, 1, 0, false, &anatomy);
-    Append(mesh.section, 1, 1, true, &anatomy);
-  } else {
-    Append(mesh.whole, 0, 0, false, &anatomy);
-  }
+  for (std::size_t k = 0; k < mesh.pieces.size(); ++k)
+    Append(mesh.pieces[k], 0, static_cast<int>(k), false, &anatomy);
+  for (std::size_t k = 0; k < mesh.sections.size(); ++k)
+    AppendFaces(mesh.sections[k], static_cast<int>(k), &anatomy);
   anatomy.internal =
-      MeshImplicit({KidneyCalyces, Vec3(-34, -18, -12), Vec3(34, 20, 12), 1.3, false, {}}).whole;
+      MeshImplicit({KidneyCalyces, Vec3(-34, -18, -12), Vec3(34, 20, 12), 1.3, {}, {}}).pieces[0];
   anatomy.tumour =
-      MeshImplicit({KidneyTumour, Vec3(16, -26, 3), Vec3(38, -5, 24), 1.5, false, {}}).whole;
+      MeshImplicit({KidneyTumour, Vec3(16, -26, 3), Vec3(38, -5, 24), 1.5, {}, {}}).pieces[0];
   return anatomy;
 }
 
 PhantomSurfaceAtFrame OrganAtFrame(const PhantomAnatomy& anatomy, const PhantomMotion& motion,
                                    double frame) {
   const SurfaceMesh& rest = anatomy.organ;
-  const double tip = motion.TipDepth_mm(frame);
   std::vector<Index> kept;
   for (Index t = 0; t < rest.triangles.rows(); ++t) {
-    if (anatomy.organ_cut[rest.triangles(t, 0)] != 0) {
+    if (const int cut = anatomy.organ_cut[rest.triangles(t, 0)] - 1; cut >= 0) {
       Vec3 centre = Vec3::Zero();
       for (int k = 0; k < 3; ++k) centre += rest.points.row(rest.triangles(t, k)).transpose() / 3.0;
-      if (motion.Depth_mm(centre) >= tip) continue;
+      if (motion.Depth_mm(centre, cut) >= motion.TipDepth_mm(frame, cut)) continue;
     }
     kept.push_back(t);
   }
@@ -156,7 +156,7 @@ PhantomSurfaceAtFrame OrganAtFrame(const PhantomAnatomy& anatomy, const PhantomM
   out.mesh.points.resize(static_cast<Eigen::Index>(out.pid.size()), 3);
   for (std::size_t i = 0; i < out.pid.size(); ++i)
     out.mesh.points.row(i) =
-        motion.Position(rest.points.row(out.pid[i]), SideOf(anatomy, out.pid[i]), frame)
+        motion.Position(rest.points.row(out.pid[i]), anatomy.organ_region[out.pid[i]], frame)
             .transpose();
   out.mesh.triangles.resize(static_cast<Eigen::Index>(kept.size()), 3);
   for (std::size_t i = 0; i < kept.size(); ++i)
@@ -165,22 +165,22 @@ PhantomSurfaceAtFrame OrganAtFrame(const PhantomAnatomy& anatomy, const PhantomM
 }
 
 SurfaceMesh StructureAtFrame(const SurfaceMesh& rest, const PhantomMotion& motion, double frame) {
-  const double tip = motion.TipDepth_mm(frame);
   SurfaceMesh out;
   out.points.resize(rest.points.rows(), 3);
   for (Index p = 0; p < rest.points.rows(); ++p)
-    out.points.row(p) = motion.Position(rest.points.row(p), 1, frame).transpose();
+    out.points.row(p) = motion.Position(rest.points.row(p), 0, frame).transpose();
   std::vector<Index> kept;
   for (Index t = 0; t < rest.triangles.rows(); ++t) {
     bool crossed = false;
-    for (int k = 0; k < 3 && tip > 0.0; ++k) {
-      const Vec3 a = rest.points.row(rest.triangles(t, k)),
-                 b = rest.points.row(rest.triangles(t, (k + 1) % 3));
-      const double sa = motion.SheetDistance_mm(a), sb = motion.SheetDistance_mm(b);
-      if ((sa < 0.0) == (sb < 0.0)) continue;
-      const Vec3 at = a + sa / (sa - sb) * (b - a);
-      crossed = crossed || motion.Depth_mm(at) < tip;
-    }
+    for (int k = 0; k < 3 && !crossed; ++k)
+      for (int cut = 0; cut < motion.CutCount() && !crossed; ++cut) {
+        const Vec3 a = rest.points.row(rest.triangles(t, k)),
+                   b = rest.points.row(rest.triangles(t, (k + 1) % 3));
+        const double sa = motion.SheetDistance_mm(a, cut), sb = motion.SheetDistance_mm(b, cut);
+        if ((sa < 0.0) == (sb < 0.0)) continue;
+        const double tip = motion.TipDepth_mm(frame, cut);
+        crossed = tip > 0.0 && motion.Depth_mm(a + sa / (sa - sb) * (b - a), cut) < tip;
+      }
     if (!crossed) kept.push_back(t);
   }
   out.triangles.resize(static_cast<Eigen::Index>(kept.size()), 3);
@@ -188,32 +188,33 @@ SurfaceMesh StructureAtFrame(const SurfaceMesh& rest, const PhantomMotion& motio
   return out;
 }
 
-SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& motion, double frame,
-                        std::vector<float>* depth_mm) {
+SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& motion, int cut,
+                        double frame, std::vector<float>* depth_mm) {
   PhantomAnatomy face = anatomy;
   const Triangles& all = anatomy.organ.triangles;
   Index n = 0;
   for (Index t = 0; t < all.rows(); ++t)
-    if (anatomy.organ_cut[all(t, 0)] != 0 && anatomy.organ_region[all(t, 0)] == 0)
+    if (anatomy.organ_cut[all(t, 0)] == cut + 1 && anatomy.organ_region[all(t, 0)] == cut)
       face.organ.triangles.row(n++) = all.row(t);
   face.organ.triangles.conservativeResize(n, 3);
   PhantomSurfaceAtFrame opened = OrganAtFrame(face, motion, frame);
   depth_mm->clear();
   for (std::size_t i = 0; i < opened.pid.size(); ++i) {
     opened.mesh.points.row(i) = anatomy.organ.points.row(opened.pid[i]);
-    depth_mm->push_back(static_cast<float>(motion.Depth_mm(opened.mesh.points.row(i))));
+    depth_mm->push_back(static_cast<float>(motion.Depth_mm(opened.mesh.points.row(i), cut)));
   }
   return opened.mesh;
 }
 
-Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, double depth_mm) {
+Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, int cut, double depth_mm) {
   if (depth_mm <= 0.0) return Points(0, 3);
   if (!setup.is_kidney) depth_mm = std::min(depth_mm, setup.band_size_mm.y());
   const int count = 1 + static_cast<int>(std::ceil(depth_mm / 0.75));
   Points line(count, 3);
   for (int i = 0; i < count; ++i) {
-    const double y = motion.Parameters().entry_y_mm + std::max(1e-3, depth_mm * i / (count - 1));
-    const double x = motion.SheetX_mm(y);
+    const PhantomCutParameters& c = motion.Parameters().cuts[cut];
+    const double y = c.entry_y_mm + c.into * std::max(1e-3, depth_mm * i / (count - 1));
+    const double x = motion.SheetX_mm(y, cut);
     double z = 0.5 * setup.band_size_mm.z();
     if (setup.is_kidney) {
       double outside = 40.0, inside = -40.0;  // the highest crossing: start from above

@@ -11,18 +11,17 @@ namespace kerf {
 
 /// Rest surfaces of the phantom, in organ axes, mm.
 struct PhantomAnatomy {
-  /// Outer surface and, where there is a cut, both faces of the sheet as separate, coinciding
+  /// Outer surface and, where there are cuts, both faces of each sheet as separate, coinciding
   /// triangles.
   SurfaceMesh organ;
-  std::vector<std::int8_t> organ_cut;  ///< per point: 0 outer surface, 1 face of the sheet
-  std::vector<std::int8_t>
-      organ_region;              ///< per point: 0 on the −x side of the sheet, 1 on the +x side
-  SurfaceMesh internal, tumour;  ///< empty for bands
+  std::vector<std::int8_t> organ_cut;     ///< per point: 0 outer surface, k + 1 face of cut k
+  std::vector<std::int8_t> organ_region;  ///< per point: piece between the sheets, along +x
+  SurfaceMesh internal, tumour;           ///< empty for bands
 };
 
 PhantomAnatomy BuildPhantomAnatomy(const PhantomSetup& setup);
 
-/// A surface at one frame: closed parts of the sheet left out, or triangles that the opened sheet
+/// A surface at one frame: closed parts of the sheets left out, or triangles that an opened sheet
 /// crosses.
 struct PhantomSurfaceAtFrame {
   SurfaceMesh mesh;        ///< organ axes, mm
@@ -31,16 +30,16 @@ struct PhantomSurfaceAtFrame {
 
 PhantomSurfaceAtFrame OrganAtFrame(const PhantomAnatomy& anatomy, const PhantomMotion& motion,
                                    double frame);
-/// Same points in the same order as at rest; only triangles that cross the opened sheet are
+/// Same points in the same order as at rest; only triangles that cross an opened sheet are
 /// missing.
 SurfaceMesh StructureAtFrame(const SurfaceMesh& rest, const PhantomMotion& motion, double frame);
-/// Opened part of the sheet at rest; `depth_mm` per point.
-SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& motion, double frame,
-                        std::vector<float>* depth_mm);
+/// Opened part of the sheet of a cut at rest; `depth_mm` per point.
+SurfaceMesh OpenedSheet(const PhantomAnatomy& anatomy, const PhantomMotion& motion, int cut,
+                        double frame, std::vector<float>* depth_mm);
 
-/// The cut line at rest on the camera side of the organ, from the entry edge to `depth_mm` or
+/// The line of a cut at rest on the camera side of the organ, from the entry edge to `depth_mm` or
 /// to the far edge, about every 0.75 mm.
-Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, double depth_mm);
+Points CutLine(const PhantomSetup& setup, const PhantomMotion& motion, int cut, double depth_mm);
 
 /// `points` (organ axes) in patient LPS.
 Points ToWorld(const Points& points, const Eigen::Isometry3d& world_from_organ);

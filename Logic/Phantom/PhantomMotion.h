@@ -17,30 +17,47 @@ namespace kerf {
 /// little (the mean of three such fields), as a process zone does; that keeps the strain at the tip
 /// finite in practice. The section contracts by the square root of the stretch, so that volume is
 /// nearly kept.
+/// Of several cuts each adds what it changes of the plain stretch, u_x − ε·h; away from the middle,
+/// where the stretch is less, in proportion to it. What a cut adds falls off as a²/h², so that the
+/// slope stays positive where the sheets are well apart.
 class PhantomMotion {
  public:
   explicit PhantomMotion(const PhantomMotionParameters& parameters) : m_(parameters) {}
 
-  /// Signed distance along x from the sheet; the sheet itself is 0.
-  double SheetDistance_mm(const Vec3& rest) const;
-  double SheetX_mm(double y_mm) const;
-  double Depth_mm(const Vec3& rest) const { return rest.y() - m_.entry_y_mm; }
+  int CutCount() const { return static_cast<int>(m_.cuts.size()); }
+  /// Signed distance along x from the sheet of a cut; the sheet itself is 0.
+  double SheetDistance_mm(const Vec3& rest, int cut) const;
+  double SheetX_mm(double y_mm, int cut) const;
+  /// Depth from the edge where the cut enters.
+  double Depth_mm(const Vec3& rest, int cut) const;
   /// Depth of the tip at a (fractional) frame; 0 before the cut.
-  double TipDepth_mm(double frame) const;
+  double TipDepth_mm(double frame, int cut) const;
   /// Far-field strain ε at a frame.
   double Strain(double frame) const;
+  /// The piece between the sheets that holds the point: 0 on the −x side of all, CutCount() on the
+  /// +x side of all.
+  int Region(const Vec3& rest) const;
 
-  /// Where the material point is at `frame`. @param side of the sheet, −1 or +1, used for points on
-  /// the sheet only
-  Vec3 Position(const Vec3& rest, int side, double frame) const;
-  /// Distance between the lips at a depth, at `frame`.
-  double Opening_mm(double depth_mm, double frame) const;
+  /// Where the material point is at `frame`. @param region used for points on a sheet only: which
+  /// of its sides is meant
+  Vec3 Position(const Vec3& rest, int region, double frame) const;
+  /// Distance between the lips of a cut at a depth, at `frame`.
+  double Opening_mm(double depth_mm, double frame, int cut) const;
   const PhantomMotionParameters& Parameters() const { return m_; }
 
  private:
   static constexpr int kFields = 3;
+  /// Distance h that the strain stretches at a signed distance, and its slope: fading with tanh.
+  struct Faded {
+    double h, slope;
+  };
+  Faded Fade(double distance_mm) const;
   /// Depths a of the fields whose mean is taken; the last is the tip itself.
-  std::array<double, kFields> FieldDepths_mm(double frame) const;
+  std::array<double, kFields> FieldDepths_mm(double frame, int cut) const;
+  /// Section about which everything stretches, curved as the first sheet.
+  double MiddleX_mm(double y_mm) const;
+  /// Slope of the plain stretch where the cut enters; 1 in the middle.
+  double Share(int cut) const;
 
   PhantomMotionParameters m_;
 };

@@ -52,18 +52,38 @@ void SetUpKidney(PhantomSetup* setup) {
   camera.camera_from_world = CameraFromOrgan(Vec3(1.0, -1.0, 0.0), 178.0, Vec3(5.0, -4.0, 9.0)) *
                              setup->world_from_organ.inverse();
   PhantomMotionParameters& motion = setup->motion;
-  motion.sheet_x_mm = 2.0;
+  motion.middle_x_mm = 2.0;
   motion.grip_reach_mm = 30.0;
   motion.contraction_y_mm = 6.0;
-  if (setup->scenario != PhantomScenario::KidneyNoCut) {
-    motion.has_cut = true;
-    motion.complete = setup->scenario == PhantomScenario::KidneyThrough;
-    motion.sheet_bend_per_mm = setup->scenario == PhantomScenario::KidneyCurved ? 0.015 : 0.003;
-    motion.final_depth_mm = motion.complete ? 70.0 : 30.0;
-    motion.start_frame = 77.0;
-    motion.end_frame = 118.0;
+  if (setup->scenario == PhantomScenario::KidneyTwoCuts) {
+    motion.middle_x_mm = -4.0;
+    PhantomCutParameters cut;
+    cut.sheet_x_mm = -19.6;
+    cut.final_depth_mm = 24.0;
+    cut.start_frame = 77.0;
+    cut.end_frame = 105.0;
+    motion.cuts.push_back(cut);
+    cut.sheet_x_mm = 11.6;  // as many grid cells away as the organ's mesh asks for
+    cut.start_frame = 145.0;
+    cut.end_frame = 173.0;
+    motion.cuts.push_back(cut);
+    motion.load_end_frame = 190.0;
     motion.preload_strain = 0.12;
-    motion.final_strain = motion.complete ? 0.25 : 0.32;
+    motion.final_strain = 0.34;
+    motion.bow_mm = 2.5;
+    setup->has_tool = true;
+    setup->frame_count = 200;
+  } else if (setup->scenario != PhantomScenario::KidneyNoCut) {
+    PhantomCutParameters cut;
+    cut.sheet_x_mm = motion.middle_x_mm;
+    cut.complete = setup->scenario == PhantomScenario::KidneyThrough;
+    cut.sheet_bend_per_mm = setup->scenario == PhantomScenario::KidneyCurved ? 0.015 : 0.003;
+    cut.final_depth_mm = cut.complete ? 70.0 : 30.0;
+    cut.start_frame = 77.0;
+    cut.end_frame = 118.0;
+    motion.cuts.push_back(cut);
+    motion.preload_strain = 0.12;
+    motion.final_strain = cut.complete ? 0.25 : 0.32;
     motion.bow_mm = 2.5;
     setup->has_tool = true;
   } else {
@@ -87,16 +107,33 @@ void SetUpBand(PhantomSetup* setup) {
   camera.camera_from_world =
       CameraFromOrgan(Vec3::Zero(), 400.0, Vec3(2.0, 1.5, 1.0)) * setup->world_from_organ.inverse();
   PhantomMotionParameters& motion = setup->motion;
-  motion.entry_y_mm = -0.5 * setup->band_size_mm.y();
-  if (setup->scenario != PhantomScenario::BandStretch) {
-    motion.has_cut = true;
-    motion.complete = setup->scenario == PhantomScenario::BandThrough;
-    motion.sheet_x_mm = -20.0;
-    motion.final_depth_mm = motion.complete ? 44.0 : 18.0;
-    motion.start_frame = 77.0;
-    motion.end_frame = 118.0;
+  PhantomCutParameters cut;
+  cut.entry_y_mm = -0.5 * setup->band_size_mm.y();
+  if (setup->scenario == PhantomScenario::BandTwoCuts) {
+    cut.sheet_x_mm = -22.0;
+    cut.final_depth_mm = 16.0;
+    cut.start_frame = 77.0;
+    cut.end_frame = 107.0;
+    motion.cuts.push_back(cut);
+    cut.sheet_x_mm = 20.0;
+    cut.entry_y_mm = -cut.entry_y_mm;  // from the other edge
+    cut.into = -1.0;
+    cut.start_frame = 112.0;
+    cut.end_frame = 142.0;
+    motion.cuts.push_back(cut);
+    motion.load_end_frame = 167.0;
     motion.preload_strain = 0.25;
-    motion.final_strain = motion.complete ? 0.35 : 0.45;
+    motion.final_strain = 0.45;
+    setup->frame_count = 175;
+  } else if (setup->scenario != PhantomScenario::BandStretch) {
+    cut.complete = setup->scenario == PhantomScenario::BandThrough;
+    cut.sheet_x_mm = motion.middle_x_mm = -20.0;
+    cut.final_depth_mm = cut.complete ? 44.0 : 18.0;
+    cut.start_frame = 77.0;
+    cut.end_frame = 118.0;
+    motion.cuts.push_back(cut);
+    motion.preload_strain = 0.25;
+    motion.final_strain = cut.complete ? 0.35 : 0.45;
     motion.contraction_y_mm = 6.0;
   } else {
     motion.preload_strain = 0.40;
@@ -123,22 +160,23 @@ const char* ToString(PhantomScenario scenario) {
       return "kidney-curved";
     case PhantomScenario::KidneyThrough:
       return "kidney-through";
+    case PhantomScenario::KidneyTwoCuts:
+      return "kidney-two-cuts";
     case PhantomScenario::KidneyNoCut:
       return "kidney-nocut";
     case PhantomScenario::BandCut:
       return "band-cut";
     case PhantomScenario::BandThrough:
       return "band-through";
+    case PhantomScenario::BandTwoCuts:
+      return "band-two-cuts";
     case PhantomScenario::BandStretch:
       return "band-stretch";
   }
   return "";
 }
 
-bool IsKidney(PhantomScenario scenario) {
-  return scenario != PhantomScenario::BandCut && scenario != PhantomScenario::BandThrough &&
-         scenario != PhantomScenario::BandStretch;
-}
+bool IsKidney(PhantomScenario scenario) { return scenario < PhantomScenario::BandCut; }
 
 PhantomSetup MakePhantomSetup(PhantomScenario scenario, std::uint32_t seed) {
   PhantomSetup setup;
@@ -146,7 +184,7 @@ PhantomSetup MakePhantomSetup(PhantomScenario scenario, std::uint32_t seed) {
   setup.seed = seed;
   if (IsKidney(scenario)) {
     SetUpKidney(&setup);
-    setup.motion.entry_y_mm = KidneyEntryY_mm(setup.motion.sheet_x_mm);
+    for (auto& cut : setup.motion.cuts) cut.entry_y_mm = KidneyEntryY_mm(cut.sheet_x_mm);
   } else {
     SetUpBand(&setup);
   }

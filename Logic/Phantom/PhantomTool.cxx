@@ -9,6 +9,7 @@ namespace kerf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kLeave_frames = 20.0;  ///< that the scissors take to go after a cut
 
 void Append(const SurfaceMesh& part, bool metal, PhantomTool* tool) {
   const Index base = static_cast<Index>(tool->mesh.points.rows());
@@ -89,10 +90,10 @@ void AddScissors(const Vec3& tip, const Vec3& back, const Vec3& side, double ope
          tool);
 }
 
-Vec3 LipMiddle(const PhantomSetup& setup, const PhantomMotion& motion, double depth, double frame) {
-  const Points line = CutLine(setup, motion, std::max(depth, 0.5));
+Vec3 LipMiddle(const PhantomSetup& setup, const PhantomMotion& motion, int cut, double frame) {
+  const Points line = CutLine(setup, motion, cut, std::max(motion.TipDepth_mm(frame, cut), 0.5));
   const Vec3 rest = line.row(line.rows() - 1);
-  return 0.5 * (motion.Position(rest, -1, frame) + motion.Position(rest, 1, frame));
+  return 0.5 * (motion.Position(rest, cut, frame) + motion.Position(rest, cut + 1, frame));
 }
 
 double Ease(double t) {
@@ -104,7 +105,7 @@ void AddGrips(const PhantomSetup& setup, const PhantomMotion& motion, double fra
               PhantomTool* tool) {
   const Vec3 half = 0.5 * setup.band_size_mm;
   for (int end = -1; end <= 1; end += 2) {
-    const double x = motion.Position({end * half.x(), 0, 0}, end, frame).x() - 2.0 * end;
+    const double x = motion.Position({end * half.x(), 0, 0}, 0, frame).x() - 2.0 * end;
     std::vector<Ring> rings;
     const double r = std::sqrt(2.0);
     for (int i = 0; i <= 10; ++i)
@@ -122,6 +123,31 @@ void AddGrips(const PhantomSetup& setup, const PhantomMotion& motion, double fra
   tool->mesh.points = ToWorld(tool->mesh.points, setup.world_from_organ);
 }
 
+/// The scissors that make one cut: they come, follow its tip, and go.
+/// @param free_frame when the scissors of the cut before are gone
+void AddCuttingScissors(const PhantomSetup& setup, const PhantomMotion& motion, int cut,
+                        double free_frame, double frame, PhantomTool* tool) {
+  const double start = motion.Parameters().cuts[cut].start_frame,
+               end = motion.Parameters().cuts[cut].end_frame;
+  const double come = std::max(start - 38.0, free_frame);
+  const double arrive = Ease((frame - come) / (start - 4.0 - come));
+  const double leave = Ease((frame - (end + 3.0)) / kLeave_frames);
+  if (arrive <= 0.0 || leave >= 1.0) return;
+  const Mat3 world_from_camera = setup.camera.camera_from_world.linear().transpose();
+  // From below, a little to the right: along the cut, so that the shaft hides little of the organ.
+  const Vec3 back = (world_from_camera * Vec3(0.30, 0.80, -0.45)).normalized();
+  const Vec3 view = setup.camera.ViewDirection();
+  const Vec3 side = back.cross(view).normalized();
+  Vec3 tip = setup.world_from_organ * LipMiddle(setup, motion, cut, frame);
+  tip -= 1.8 * view;  // the blades embrace the edge rather than sink in
+  const double away = (1.0 - arrive) + leave;
+  tip += 105.0 * away * back + 12.0 * std::sin(kPi * std::min(1.0, away)) * -view;
+  const bool cutting = frame >= start && frame <= end;
+  const double opening =
+      cutting ? 15.0 + 13.0 * std::cos(2.0 * kPi * (frame - start) / 9.0) : 20.0 - 14.0 * leave;
+  AddScissors(tip, back, side, opening, tool);
+}
+
 }  // namespace
 
 PhantomTool ToolAtFrame(const PhantomSetup& setup, const PhantomMotion& motion, double frame) {
@@ -130,24 +156,11 @@ PhantomTool ToolAtFrame(const PhantomSetup& setup, const PhantomMotion& motion, 
     AddGrips(setup, motion, frame, &tool);
     return tool;
   }
-  if (!setup.has_tool) return tool;
-  const double start = motion.Parameters().start_frame, end = motion.Parameters().end_frame;
-  const double arrive = Ease((frame - (start - 38.0)) / 34.0);
-  const double leave = Ease((frame - (end + 3.0)) / 20.0);
-  if (arrive <= 0.0 || leave >= 1.0) return tool;
-  const Mat3 world_from_camera = setup.camera.camera_from_world.linear().transpose();
-  // From below, a little to the right: along the cut, so that the shaft hides little of the organ.
-  const Vec3 back = (world_from_camera * Vec3(0.30, 0.80, -0.45)).normalized();
-  const Vec3 view = setup.camera.ViewDirection();
-  const Vec3 side = back.cross(view).normalized();
-  Vec3 tip = setup.world_from_organ * LipMiddle(setup, motion, motion.TipDepth_mm(frame), frame);
-  tip -= 1.8 * view;  // the blades embrace the edge rather than sink in
-  const double away = (1.0 - arrive) + leave;
-  tip += 105.0 * away * back + 12.0 * std::sin(kPi * std::min(1.0, away)) * -view;
-  const bool cutting = frame >= start && frame <= end;
-  const double opening =
-      cutting ? 15.0 + 13.0 * std::cos(2.0 * kPi * (frame - start) / 9.0) : 20.0 - 14.0 * leave;
-  AddScissors(tip, back, side, opening, &tool);
+  double free_frame = 0.0;
+  for (int cut = 0; setup.has_tool && cut < motion.CutCount(); ++cut) {
+    AddCuttingScissors(setup, motion, cut, free_frame, frame, &tool);
+    free_frame = motion.Parameters().cuts[cut].end_frame + 3.0 + kLeave_frames;
+  }
   return tool;
 }
 

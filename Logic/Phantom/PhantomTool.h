@@ -6,7 +6,7 @@
 namespace kerf {
 
 /// The instruments in view at a frame: for the kidney a pair of scissors that follows the tip of
-/// the cut, for bands the two grips. World coordinates, mm. Empty when nothing is in view.
+/// each cut, for bands the two grips. World coordinates, mm. Empty when nothing is in view.
 struct PhantomTool {
   SurfaceMesh mesh;
   std::vector<std::uint8_t> is_metal;  ///< per point: bright metal, or dark coating

@@ -51,8 +51,10 @@ PhantomFeatures ChooseFeatures(const PhantomSetup& setup, const PhantomAnatomy& 
           a + double(first.organ.weight1[at]) * (b - a) + double(first.organ.weight2[at]) * (c - a);
       const Vec3 normal = (b - a).cross(c - a).normalized();
       if (normal.dot((eye - p).normalized()) < 0.3) continue;
-      if (setup.motion.has_cut && std::abs(motion.SheetDistance_mm(p)) < 0.4) continue;
-      found.push_back(p);
+      bool on_sheet = false;
+      for (int cut = 0; cut < motion.CutCount(); ++cut)
+        on_sheet = on_sheet || std::abs(motion.SheetDistance_mm(p, cut)) < 0.4;
+      if (!on_sheet) found.push_back(p);
     }
   Points candidates(static_cast<Eigen::Index>(found.size()), 3);
   for (std::size_t i = 0; i < found.size(); ++i) candidates.row(i) = found[i].transpose();
@@ -61,7 +63,7 @@ PhantomFeatures ChooseFeatures(const PhantomSetup& setup, const PhantomAnatomy& 
   features.rest.resize(static_cast<Eigen::Index>(chosen.size()), 3);
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     features.rest.row(i) = candidates.row(chosen[i]);
-    features.side.push_back(motion.SheetDistance_mm(features.rest.row(i)) < 0.0 ? -1 : 1);
+    features.region.push_back(motion.Region(features.rest.row(i)));
   }
   return features;
 }
@@ -74,7 +76,7 @@ PhantomTracks TrackFeatures(const PhantomSetup& setup, const PhantomFeatures& fe
   tracks.pixels.resize(features.rest.rows(), 2);
   for (Eigen::Index i = 0; i < features.rest.rows(); ++i) {
     const Vec3 world =
-        setup.world_from_organ * motion.Position(features.rest.row(i), features.side[i], frame);
+        setup.world_from_organ * motion.Position(features.rest.row(i), features.region[i], frame);
     const Vec2 pixel = setup.camera.Project(world);
     tracks.world.row(i) = world.transpose();
     tracks.pixels.row(i) = pixel.transpose();

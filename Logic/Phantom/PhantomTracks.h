@@ -6,8 +6,8 @@ namespace kerf {
 
 /// Material points on the surface that frame 0 sees, well spread, in organ axes.
 struct PhantomFeatures {
-  Points rest;            ///< N×3, organ axes, mm
-  std::vector<int> side;  ///< of the sheet, per point
+  Points rest;              ///< N×3, organ axes, mm
+  std::vector<int> region;  ///< between the sheets, per point
 };
 
 /// @param count wanted; the first ones of the list are as well spread as the whole

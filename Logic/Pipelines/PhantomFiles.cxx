@@ -52,6 +52,10 @@ std::string Description(PhantomScenario scenario) {
              "tumour.";
     case PhantomScenario::KidneyThrough:
       return "Synthetic kidney as kidney-cut, cut through from border to hilum: two pieces.";
+    case PhantomScenario::KidneyTwoCuts:
+      return "Synthetic kidney pulled along the long axis and cut twice from the convex border, "
+             "beside "
+             "the upper calyx and, 2.7 s later, beside the tumour; scissors follow each tip.";
     case PhantomScenario::KidneyNoCut:
       return "Synthetic kidney pulled, bent and twisted without a cut: every detected cut is "
              "false.";
@@ -59,6 +63,10 @@ std::string Description(PhantomScenario scenario) {
       return "Synthetic band stretched, then cut from one edge while being stretched further.";
     case PhantomScenario::BandThrough:
       return "Synthetic band stretched, then cut through from edge to edge: two pieces.";
+    case PhantomScenario::BandTwoCuts:
+      return "Synthetic band stretched, then cut from one edge and, 1.4 s later, 42 mm away from "
+             "the "
+             "other, while being stretched further.";
     case PhantomScenario::BandStretch:
       return "Synthetic band stretched uniformly without a cut: every detected cut is false.";
   }
@@ -140,38 +148,43 @@ void WriteTrueCuts(const std::string& path, const PhantomSetup& setup,
   Json json;
   json["frame_of_points"] = "CT frame (RAS), mm";
   json["cuts"] = Json::array();
-  const PhantomMotionParameters& m = setup.motion;
-  if (m.has_cut) {
+  for (int index = 0; index < motion.CutCount(); ++index) {
+    const PhantomCutParameters& c = setup.motion.cuts[index];
     Json cut;
-    cut["index"] = 0;
-    cut["start_frame"] = m.start_frame;
-    cut["start_time_s"] = m.start_frame / setup.frames_per_second;
-    cut["end_frame"] = m.end_frame;
-    cut["enters_at_depth"] = Rounded(m.entry_y_mm, 3);
+    cut["index"] = index;
+    cut["start_frame"] = c.start_frame;
+    cut["start_time_s"] = c.start_frame / setup.frames_per_second;
+    cut["end_frame"] = c.end_frame;
+    cut["enters_at_depth"] = Rounded(c.entry_y_mm, 3);
     cut["units"] = "mm, depth measured along the width axis from the entry edge";
-    cut["complete"] = m.complete;
+    cut["complete"] = c.complete;
     for (int frame = 0; frame < setup.frame_count; ++frame) {
-      cut["advance_mm_per_frame"].push_back(Rounded(motion.TipDepth_mm(frame), 3));
-      if (!cut.contains("first_frame_opening_over_1mm") && motion.Opening_mm(0.0, frame) > 1.0)
+      cut["advance_mm_per_frame"].push_back(Rounded(motion.TipDepth_mm(frame, index), 3));
+      if (!cut.contains("first_frame_opening_over_1mm") &&
+          motion.Opening_mm(0.0, frame, index) > 1.0)
         cut["first_frame_opening_over_1mm"] = frame;
     }
-    const Points line = CutLine(setup, motion, m.final_depth_mm);
+    const Points line = CutLine(setup, motion, index, c.final_depth_mm);
     for (Index i = 0; i < line.rows(); ++i) {
       cut["polyline_rest"].push_back(Triple(setup.world_from_organ * line.row(i).transpose()));
-      cut["polyline_rest_depth"].push_back(Rounded(motion.Depth_mm(line.row(i)), 3));
+      cut["polyline_rest_depth"].push_back(Rounded(motion.Depth_mm(line.row(i), index), 3));
     }
     cut["evaluated"] = Json::array();
     for (int frame : setup.eval_frames) {
+      const double tip = motion.TipDepth_mm(frame, index);
       Json at{{"frame", frame},
-              {"advance_mm", Rounded(motion.TipDepth_mm(frame), 3)},
-              {"opening_mm", Rounded(motion.Opening_mm(0.0, frame), 3)},
+              {"advance_mm", Rounded(tip, 3)},
+              {"opening_mm", Rounded(motion.Opening_mm(0.0, frame, index), 3)},
               {"lip_minus", Json::array()},
               {"lip_plus", Json::array()}};
+      auto lip = [&](const Vec3& rest, int region) {
+        return Triple(setup.world_from_organ * motion.Position(rest, region, frame));
+      };
       for (Index i = 0; i < line.rows(); ++i) {
         const Vec3 p = line.row(i);
-        if (motion.Depth_mm(p) >= motion.TipDepth_mm(frame)) continue;
-        at["lip_minus"].push_back(Triple(setup.world_from_organ * motion.Position(p, -1, frame)));
-        at["lip_plus"].push_back(Triple(setup.world_from_organ * motion.Position(p, 1, frame)));
+        if (motion.Depth_mm(p, index) >= tip) continue;
+        at["lip_minus"].push_back(lip(p, index));
+        at["lip_plus"].push_back(lip(p, index + 1));
       }
       cut["evaluated"].push_back(at);
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -172,11 +173,12 @@ void WriteRest(const FolderInTheMaking& folder, const PhantomSetup& setup,
     WriteSurface(InWorld(anatomy.internal, setup), folder / "truth/rest_internal.vtp", Space::RAS);
   if (!anatomy.tumour.Empty())
     WriteSurface(InWorld(anatomy.tumour, setup), folder / "truth/rest_tumour.vtp", Space::RAS);
-  if (setup.motion.has_cut) {
+  for (int cut = 0; cut < motion.CutCount(); ++cut) {
     std::vector<float> depth;
-    const SurfaceMesh sheet = OpenedSheet(anatomy, motion, setup.frame_count - 1, &depth);
-    WriteSurfaceWithArrays(InWorld(sheet, setup), folder / "truth/cut0_surface_rest.vtp",
-                           Space::RAS, {{"depth", depth}});
+    const SurfaceMesh sheet = OpenedSheet(anatomy, motion, cut, setup.frame_count - 1, &depth);
+    WriteSurfaceWithArrays(InWorld(sheet, setup),
+                           folder / fmt::format("truth/cut{}_surface_rest.vtp", cut), Space::RAS,
+                           {{"depth", depth}});
   }
   WriteTrueCuts(folder / "truth/cuts.json", setup, motion);
   WriteStudyCamera(folder / "camera.yml", setup.camera,
@@ -201,7 +203,7 @@ PhantomResult MakePhantom(const PhantomRequest& request, Progress& progress) {
     WriteStudyManifest(folder / "case.json", setup, anatomy, &ct.labels);
   } else {
     PhantomSetup uncut = setup;
-    uncut.motion.has_cut = false;
+    uncut.motion.cuts.clear();
     WriteSurface(InWorld(BuildPhantomAnatomy(uncut).organ, setup), folder / "organ_surface.stl",
                  Space::RAS);
     WriteBandDimensions(folder / "dims.json", setup);
@@ -235,7 +237,11 @@ PhantomResult MakePhantom(const PhantomRequest& request, Progress& progress) {
   feature_files.Finish();
   video.Finish();
   folder.Finish();
-  return {setup.frame_count, motion.Opening_mm(0.0, setup.frame_count - 1)};
+  PhantomResult result{setup.frame_count, 0.0};
+  for (int cut = 0; cut < motion.CutCount(); ++cut)
+    result.final_opening_mm =
+        std::max(result.final_opening_mm, motion.Opening_mm(0.0, setup.frame_count - 1, cut));
+  return result;
 }
 
 }  // namespace kerf

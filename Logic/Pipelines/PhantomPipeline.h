@@ -15,7 +15,7 @@ struct PhantomRequest {
 
 struct PhantomResult {
   int frames = 0;
-  double final_opening_mm = 0.0;  ///< of the cut at its entry; 0 without a cut
+  double final_opening_mm = 0.0;  ///< of the widest cut at its entry; 0 without a cut
 };
 
 /// Writes a synthetic patient as a study folder with truth (docs/reference/phantom.md). The folder

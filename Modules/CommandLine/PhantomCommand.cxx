@@ -25,8 +25,9 @@ void AddPhantomCommand(CLI::App& app, CommandContext& context) {
   c->add_option(
        "--scenario", a->scenario,
        "kidney-cut: cut while being pulled; -curved: along a curve; -through: into two pieces;\n"
-       "kidney-nocut: pulled, bent and twisted; band-cut: silicone band, cut from one edge;\n"
-       "band-through: into two pieces; band-stretch: stretched by 70 %")
+       "-two-cuts: two from the same border, one after the other; kidney-nocut: pulled, bent and\n"
+       "twisted; band-cut: silicone band, cut from one edge; band-through: into two pieces;\n"
+       "band-two-cuts: from either edge, one after the other; band-stretch: stretched by 70 %")
       ->required()
       ->check(CLI::IsMember(Names()));
   c->add_option("--output", a->request.output,

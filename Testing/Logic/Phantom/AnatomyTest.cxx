@@ -49,12 +49,14 @@ TEST(PhantomAnatomy, VerticesLieOnTheImplicitSurface) {
     }
 }
 
-/// With the whole sheet in, the two pieces are closed and share every rim point.
-TEST(PhantomAnatomy, TheSheetClosesBothPieces) {
-  for (auto scenario : {PhantomScenario::KidneyCut, PhantomScenario::BandCut}) {
+/// With the whole sheets in, the pieces are closed and share every rim point.
+TEST(PhantomAnatomy, TheSheetsCloseAllPieces) {
+  for (auto scenario : {PhantomScenario::KidneyCut, PhantomScenario::BandCut,
+                        PhantomScenario::KidneyTwoCuts, PhantomScenario::BandTwoCuts}) {
     const PhantomSetup setup = MakePhantomSetup(scenario, 1);
     const PhantomAnatomy anatomy = BuildPhantomAnatomy(setup);
-    for (int region = 0; region < 2; ++region) {
+    double volume = 0.0;
+    for (int region = 0; region <= static_cast<int>(setup.motion.cuts.size()); ++region) {
       std::map<std::array<double, 3>, Index> at;
       std::vector<std::array<Index, 3>> triangles;
       for (Index t = 0; t < anatomy.organ.triangles.rows(); ++t) {
@@ -75,7 +77,11 @@ TEST(PhantomAnatomy, TheSheetClosesBothPieces) {
         piece.triangles.row(t) << triangles[t][0], triangles[t][1], triangles[t][2];
       EXPECT_TRUE(piece.IsClosedManifold()) << ToString(scenario) << ", region " << region;
       EXPECT_GT(piece.SignedVolume(), 0.0);
+      volume += piece.SignedVolume();
     }
+    PhantomSetup uncut = setup;
+    uncut.motion.cuts.clear();
+    EXPECT_NEAR(volume / BuildPhantomAnatomy(uncut).organ.SignedVolume(), 1.0, 2e-3);
   }
 }
 
@@ -89,7 +95,7 @@ TEST(PhantomAnatomy, FacesAppearAndTrianglesGoAsTheTipPasses) {
     Index faces = 0;
     for (Index t = 0; t < organ.mesh.triangles.rows(); ++t)
       faces += anatomy.organ_cut[organ.pid[organ.mesh.triangles(t, 0)]] != 0;
-    EXPECT_EQ(faces > 0, motion.TipDepth_mm(frame) > 1.0);
+    EXPECT_EQ(faces > 0, motion.TipDepth_mm(frame, 0) > 1.0);
     EXPECT_EQ(faces % 2, 0) << "both faces";
     EXPECT_GE(faces, faces_before);
     faces_before = faces;
@@ -104,17 +110,41 @@ TEST(PhantomAnatomy, FacesAppearAndTrianglesGoAsTheTipPasses) {
       << "and leaves the tumour alone";
 }
 
+TEST(PhantomAnatomy, FacesOfEachCutAppearAtItsOwnTime) {
+  for (auto scenario : {PhantomScenario::KidneyTwoCuts, PhantomScenario::BandTwoCuts}) {
+    const PhantomSetup setup = MakePhantomSetup(scenario, 1);
+    const PhantomAnatomy anatomy = BuildPhantomAnatomy(setup);
+    const PhantomMotion motion(setup.motion);
+    for (double frame : {70.0, setup.motion.cuts[1].start_frame, setup.frame_count - 1.0}) {
+      const PhantomSurfaceAtFrame organ = OrganAtFrame(anatomy, motion, frame);
+      std::array<int, 3> faces{};
+      for (Index t = 0; t < organ.mesh.triangles.rows(); ++t)
+        ++faces[anatomy.organ_cut[organ.pid[organ.mesh.triangles(t, 0)]]];
+      for (int cut = 0; cut < 2; ++cut) {
+        EXPECT_EQ(faces[cut + 1] > 0, frame > setup.motion.cuts[cut].start_frame)
+            << ToString(scenario) << ", cut " << cut << ", frame " << frame;
+        EXPECT_EQ(faces[cut + 1] % 2, 0) << "both faces";
+        std::vector<float> depth;
+        const SurfaceMesh sheet = OpenedSheet(anatomy, motion, cut, frame, &depth);
+        EXPECT_EQ(2 * sheet.triangles.rows(), faces[cut + 1]);
+        for (Index p = 0; p < sheet.points.rows(); ++p)
+          ASSERT_NEAR(motion.SheetDistance_mm(sheet.points.row(p), cut), 0.0, 1e-9);
+      }
+    }
+  }
+}
+
 TEST(PhantomAnatomy, TheCutLineRunsOverTheCameraSide) {
   const PhantomSetup setup = Kidney();
   const PhantomMotion motion(setup.motion);
-  const Points line = CutLine(setup, motion, setup.motion.final_depth_mm);
+  const Points line = CutLine(setup, motion, 0, setup.motion.cuts[0].final_depth_mm);
   ASSERT_GT(line.rows(), 20);
   for (Index i = 0; i < line.rows(); ++i) {
     EXPECT_NEAR(KidneyOrgan(line.row(i)), 0.0, 0.02);
-    EXPECT_NEAR(motion.SheetDistance_mm(line.row(i)), 0.0, 1e-9);
+    EXPECT_NEAR(motion.SheetDistance_mm(line.row(i), 0), 0.0, 1e-9);
     EXPECT_GT(KidneyOrgan(Vec3(line.row(i)) + Vec3(0, 0, 0.5)), 0.0) << "the camera's side";
   }
-  EXPECT_EQ(CutLine(setup, motion, 0.0).rows(), 0);
+  EXPECT_EQ(CutLine(setup, motion, 0, 0.0).rows(), 0);
 }
 
 class Ct : public ::testing::Test {

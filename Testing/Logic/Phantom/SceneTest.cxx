@@ -62,6 +62,7 @@ class Scene : public ::testing::TestWithParam<PhantomScenario> {
   PhantomSetup setup_ = MakePhantomSetup(GetParam(), 1);
   PhantomAnatomy anatomy_ = BuildPhantomAnatomy(setup_);
   PhantomScene scene_{setup_, anatomy_};
+  int last_frame_ = setup_.frame_count - 1;  ///< and at 100 the first cut grows
 };
 
 TEST_P(Scene, IsTheSameOnEveryRun) {
@@ -78,7 +79,7 @@ TEST_P(Scene, IsTheSameOnEveryRun) {
 
 TEST_P(Scene, ShowsTheOrganWhereItsTruthProjects) {
   const PhantomMotion motion(setup_.motion);
-  for (int frame : {0, 100, 149}) {
+  for (int frame : {0, 100, last_frame_}) {
     const PhantomView view = scene_.Render(frame, false);
     const SurfaceMesh organ = OrganAtFrame(anatomy_, motion, frame).mesh;
     for (Index p = 0; p < organ.points.rows(); p += 7) {
@@ -97,7 +98,7 @@ TEST_P(Scene, ShowsTheOrganWhereItsTruthProjects) {
 }
 
 TEST_P(Scene, StaysInViewAndMarksInstruments) {
-  for (int frame : {0, 100, 149}) {
+  for (int frame : {0, 100, last_frame_}) {
     const PhantomView view = scene_.Render(frame, false);
     int hidden = 0, organ = 0;
     for (int v = 0; v < view.organ.height; ++v)
@@ -150,7 +151,8 @@ TEST_P(Scene, FeaturesAreSpreadOverWhatTheCameraSees) {
   for (Index i = 0; i < 300; ++i)
     for (Index j = 0; j < i; ++j)
       ASSERT_GT((features.rest.row(i) - features.rest.row(j)).norm(), 1.0);
-  const PhantomTracks last = TrackFeatures(setup_, features, scene_.Render(149, false), 149);
+  const PhantomTracks last =
+      TrackFeatures(setup_, features, scene_.Render(last_frame_, false), last_frame_);
   EXPECT_GT(std::count(last.visible.begin(), last.visible.end(), 1), 240);
   if (setup_.has_tool) {
     const PhantomTracks during = TrackFeatures(setup_, features, scene_.Render(100, false), 100);
@@ -159,10 +161,35 @@ TEST_P(Scene, FeaturesAreSpreadOverWhatTheCameraSees) {
   }
 }
 
+TEST(PhantomTool, EveryCutHasScissorsWhileItGrowsAndThereIsOnePairAtATime) {
+  const PhantomSetup setup = MakePhantomSetup(PhantomScenario::KidneyTwoCuts, 1);
+  const PhantomMotion motion(setup.motion);
+  const Index one_pair = static_cast<Index>(ToolAtFrame(setup, motion, 90).mesh.points.rows());
+  for (int frame = 0; frame < setup.frame_count; ++frame) {
+    const PhantomTool tool = ToolAtFrame(setup, motion, frame);
+    EXPECT_LE(tool.mesh.points.rows(), one_pair) << frame;
+    for (int k = 0; k < motion.CutCount(); ++k) {
+      const PhantomCutParameters& cut = setup.motion.cuts[k];
+      if (frame < cut.start_frame || frame > cut.end_frame) continue;
+      EXPECT_EQ(tool.mesh.points.rows(), one_pair) << frame;
+      const Points line = CutLine(setup, motion, k, std::max(0.5, motion.TipDepth_mm(frame, k)));
+      const Vec3 tip =
+          setup.world_from_organ * motion.Position(line.row(line.rows() - 1), k, frame);
+      const Eigen::VectorXd distance =
+          (tool.mesh.points.rowwise() - tip.transpose()).rowwise().norm();
+      EXPECT_LT(distance.minCoeff(), 5.0) << "at the tip of its own cut, frame " << frame;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Phantom, Scene,
-                         ::testing::Values(PhantomScenario::KidneyCut, PhantomScenario::BandCut),
+                         ::testing::Values(PhantomScenario::KidneyCut, PhantomScenario::BandCut,
+                                           PhantomScenario::KidneyTwoCuts,
+                                           PhantomScenario::BandTwoCuts),
                          [](const auto& info) {
-                           return info.param == PhantomScenario::KidneyCut ? "kidney" : "band";
+                           std::string name = ToString(info.param);
+                           name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+                           return name;
                          });
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "Core/Errors.h"
 #include "Phantom/PhantomScenario.h"
 #include "Pipelines/PhantomPipeline.h"
+#include "Pipelines/TruthFiles.h"
 #include "Support/CasesFolder.h"
 
 namespace kerf {
@@ -87,24 +88,71 @@ TEST_F(PhantomStudy, IsTheSameBitForBit) {
     }
 }
 
-/// The judge that the project did not write accepts the layout and scores the truth as the truth.
-TEST_F(PhantomStudy, TheJudgeScoresTheTruthAsTheTruth) {
+/// What the judge that the project did not write says of a study's own truth; empty where there is
+/// no such judge.
+std::string JudgeOfTruth(const fs::path& study) {
   const fs::path judge = kerf::testing::CasesFolder() / "../evaluate/evaluate.py";
-  if (!fs::exists(judge)) GTEST_SKIP() << "no judge beside the cases (KERF_CASES): " << judge;
-  if (std::system("/usr/bin/python3 -c 'import vtk, cv2, scipy' 2>/dev/null") != 0)
-    GTEST_SKIP() << "python3 with vtk, cv2 and scipy is needed for the judge";
-  const fs::path out = root_ / "judge.txt";
+  const fs::path out = study.string() + "-judge.txt";
   const std::string command = "/usr/bin/python3 -B '" + judge.string() + "' --self-test '" +
-                              Study().string() + "' > '" + out.string() + "' 2>&1";
-  ASSERT_EQ(std::system(command.c_str()), 0) << Content(out);
-  std::istringstream text(Content(out));
+                              study.string() + "' > '" + out.string() + "' 2>&1";
+  if (!fs::exists(judge) ||
+      std::system("/usr/bin/python3 -c 'import vtk, cv2, scipy' 2>/dev/null") != 0)
+    return {};
+  EXPECT_EQ(std::system(command.c_str()), 0) << Content(out);
+  return Content(out);
+}
+
+constexpr char kNoJudge[] =
+    "evaluate/evaluate.py beside the cases (KERF_CASES) and python3 with vtk, cv2 and scipy are "
+    "needed";
+
+/// It accepts the layout and scores the truth as the truth.
+TEST_F(PhantomStudy, TheJudgeScoresTheTruthAsTheTruth) {
+  const std::string said = JudgeOfTruth(Study());
+  if (said.empty()) GTEST_SKIP() << kNoJudge;
+  std::istringstream text(said);
   std::string name, label, word;
   double dice = 0.0;
   text >> name >> label >> word >> dice;
   EXPECT_EQ(label, "truth");
   EXPECT_GE(dice, 0.99);
-  EXPECT_NE(Content(out).find("cuts true 1 found 1 missed 0 false 0"), std::string::npos)
-      << Content(out);
+  EXPECT_NE(said.find("cuts true 1 found 1 missed 0 false 0"), std::string::npos) << said;
+}
+
+/// Two cuts, each with its own start, line and opened sheet; both the project's judge and the other
+/// pair them with themselves.
+TEST_F(PhantomFolder, TwoCutsHaveATruthEach) {
+  const std::string study = (root_ / "two").string();
+  Progress progress;
+  MakePhantom({PhantomScenario::BandTwoCuts, study, 3}, progress);
+  const PhantomSetup setup = MakePhantomSetup(PhantomScenario::BandTwoCuts, 3);
+  const Truth truth = OpenTruth(study);
+  EXPECT_EQ(truth.study.frames, 175);
+  EXPECT_EQ(truth.frames.back(), 170);
+  ASSERT_EQ(truth.cuts.size(), 2U);
+  std::vector<DetectedCut> found;
+  for (int k = 0; k < 2; ++k) {
+    const PhantomCutParameters& cut = setup.motion.cuts[k];
+    EXPECT_EQ(truth.cuts[k].start_frame, cut.start_frame);
+    ASSERT_TRUE(truth.cuts[k].first_frame_opening_over_1mm.has_value());
+    EXPECT_GT(*truth.cuts[k].first_frame_opening_over_1mm, cut.start_frame);
+    EXPECT_LT(*truth.cuts[k].first_frame_opening_over_1mm, cut.start_frame + 10);
+    const Points& line = truth.cuts[k].polyline_rest;
+    EXPECT_NEAR((line.row(line.rows() - 1) - line.row(0)).norm(), cut.final_depth_mm, 0.01);
+    EXPECT_TRUE(
+        fs::exists(fs::path(study) / "truth" / ("cut" + std::to_string(k) + "_surface_rest.vtp")));
+    found.insert(found.begin(), {cut.start_frame + 10.0, line});  // the other way round
+  }
+  const CutComparison cuts = CompareCuts(found, truth.cuts, 25.0);
+  ASSERT_EQ(cuts.matched.size(), 2U);
+  EXPECT_EQ(cuts.missed + cuts.false_cuts, 0);
+  for (const CutMatch& match : cuts.matched) {
+    EXPECT_EQ(match.detected, 1 - match.truth);
+    EXPECT_NEAR(*match.timing_error_s, 0.4, 1e-9);
+  }
+  const std::string said = JudgeOfTruth(study);
+  if (said.empty()) GTEST_SKIP() << kNoJudge;
+  EXPECT_NE(said.find("cuts true 2 found 2 missed 0 false 0"), std::string::npos) << said;
 }
 
 TEST_F(PhantomFolder, ReplacesAStudyButNothingElse) {
