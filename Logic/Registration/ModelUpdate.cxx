@@ -36,19 +36,21 @@ CutReport ApplyCut(const ModelCut& cut, const MethodOptions& options, Engine& en
   if (!change.changed) return report;
   if (engine.observer) engine.observer->Begin(Stage::Structures);
   // Everything that follows the mesh, side by side: none of it reads what another one writes.
-  tbb::parallel_invoke(
-      [&] { engine.solvers.organ->Apply(change); },
-      [&] {
-        if (!engine.solvers.grips || state->grips.positions.rows() == 0) return;
-        engine.solvers.grips->Apply(change);
-        FollowCut(change, &state->grips);
-      },
-      [&] {
-        for (Structure& structure : state->structures)
-          structure = CutStructureSurface(structure, cut.surface, change, state->mesh,
-                                          options.structure_mode);
-      },
-      [&] { state->boundary = MakeBoundaryTopology(change.mesh, state->blind_outline); });
+  tbb::parallel_invoke([&] { engine.solvers.organ->Apply(change); },
+                       [&] {
+                         if (!engine.solvers.grips || state->grips.positions.rows() == 0) return;
+                         engine.solvers.grips->Apply(change);
+                         FollowCut(change, &state->grips);
+                       },
+                       [&] {
+                         for (Structure& structure : state->structures)
+                           structure = CutStructureSurface(structure, cut.surface, change,
+                                                           state->mesh, options.structure_mode);
+                       },
+                       [&] {
+                         state->boundary =
+                             FollowCut(state->boundary, state->mesh, change, state->blind_outline);
+                       });
   state->positions = change.MapVertexField(state->positions);
   state->velocities = change.MapVertexField(state->velocities);
   state->bound.embedding = change.MapEmbedding(state->bound.embedding, state->mesh);

@@ -15,26 +15,22 @@ constexpr double kBlindOff_px = 5.0;  // seen farther off than this at rest: not
 
 constexpr double kOutside_px = 6.0;  // a step outwards from the outer outline leaves the model
 
-}  // namespace
-
-BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) {
-  BoundaryTopology out;
-  std::vector<Index> tet_of_face;
-  out.triangles = BoundaryFaces(mesh.tets, &tet_of_face);
-  out.tet_of_vertex.assign(mesh.VertexCount(), -1);
+/// Edges, what lies beside them, and a tetrahedron at each vertex, from the triangles.
+void LinkTriangles(Index vertices, BoundaryTopology* out) {
+  out->tet_of_vertex.assign(vertices, -1);
   // Sides by their smaller vertex, counted first: few share one and have to be sorted.
   struct Side {
     Index smaller, larger, triangle;
   };
   std::vector<Side> unsorted;
-  unsorted.reserve(3 * out.triangles.rows());
-  std::vector<std::size_t> place(mesh.VertexCount() + 1, 0);
-  for (Index t = 0; t < out.triangles.rows(); ++t)
+  unsorted.reserve(3 * out->triangles.rows());
+  std::vector<std::size_t> place(vertices + 1, 0);
+  for (Index t = 0; t < out->triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
-      const Index a = out.triangles(t, k), b = out.triangles(t, (k + 1) % 3);
+      const Index a = out->triangles(t, k), b = out->triangles(t, (k + 1) % 3);
       unsorted.push_back({std::min(a, b), std::max(a, b), t});
       ++place[std::min(a, b) + 1];
-      out.tet_of_vertex[a] = tet_of_face[t];
+      out->tet_of_vertex[a] = out->tet_of_triangle[t];
     }
   std::partial_sum(place.begin(), place.end(), place.begin());
   std::vector<Side> sides(unsorted.size());
@@ -46,14 +42,93 @@ BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) 
     });
     begin = end;
   }
+  out->edges.reserve(sides.size() / 2);
+  out->beside.reserve(sides.size() / 2);
   for (std::size_t i = 0; i + 1 < sides.size(); i += 2) {
-    out.edges.push_back({sides[i].smaller, sides[i].larger});
-    out.beside.push_back({sides[i].triangle, sides[i + 1].triangle});
+    out->edges.push_back({sides[i].smaller, sides[i].larger});
+    out->beside.push_back({sides[i].triangle, sides[i + 1].triangle});
   }
+}
+
+/// Whether one of these places (N×3, mm) is so near that the outline is not to be believed there.
+bool IsBeside(const Points& blind, const Eigen::RowVector3d& rest) {
+  for (Index i = 0; i < blind.rows(); ++i)
+    if ((rest - blind.row(i)).squaredNorm() < kBlind_mm * kBlind_mm) return true;
+  return false;
+}
+
+}  // namespace
+
+BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) {
+  BoundaryTopology out;
+  out.triangles = BoundaryFaces(mesh.tets, &out.tet_of_triangle);
+  LinkTriangles(mesh.VertexCount(), &out);
   out.blind.assign(mesh.VertexCount(), 0);
   for (Index v = 0; v < mesh.VertexCount(); ++v)
-    for (Index i = 0; i < blind.rows() && out.tet_of_vertex[v] >= 0 && !out.blind[v]; ++i)
-      out.blind[v] = (mesh.rest.row(v) - blind.row(i)).squaredNorm() < kBlind_mm * kBlind_mm;
+    if (out.tet_of_vertex[v] >= 0) out.blind[v] = IsBeside(blind, mesh.rest.row(v));
+  return out;
+}
+
+BoundaryTopology FollowCut(const BoundaryTopology& old, const TetMesh& before,
+                           const TopologyChange& change, const Points& blind) {
+  const TetMesh& mesh = change.mesh;
+  // A face whose corners are not all at changed tetrahedra has the same tetrahedra on its sides.
+  std::vector<char> touched(mesh.VertexCount(), 0);
+  for (Index t = 0; t < before.TetCount(); ++t)
+    if (change.kept_tet[t] < 0)
+      for (int k = 0; k < 4; ++k) touched[before.tets(t, k)] = 1;
+  for (const Index t : change.new_tets)
+    for (int k = 0; k < 4; ++k) touched[mesh.tets(t, k)] = 1;
+  const auto all_touched = [&](const auto& corners) {
+    return touched[corners[0]] && touched[corners[1]] && touched[corners[2]];
+  };
+  std::vector<Index> near;  // tetrahedra with a face that has to be looked at
+  for (Index t = 0; t < mesh.TetCount(); ++t)
+    if (touched[mesh.tets(t, 0)] + touched[mesh.tets(t, 1)] + touched[mesh.tets(t, 2)] +
+            touched[mesh.tets(t, 3)] >=
+        3)
+      near.push_back(t);
+  Tets tets(near.size(), 4);
+  for (std::size_t i = 0; i < near.size(); ++i) tets.row(i) = mesh.tets.row(near[i]);
+  std::vector<Index> tet_of_face;
+  const Triangles faces = BoundaryFaces(tets, &tet_of_face);
+
+  struct Face {
+    Index tet, opposite;  ///< the order of BoundaryFaces: by tetrahedron, by the corner across
+    std::array<Index, 3> corners;
+    bool operator<(const Face& o) const {
+      return tet != o.tet ? tet < o.tet : opposite < o.opposite;
+    }
+  };
+  std::vector<Face> boundary;
+  boundary.reserve(old.triangles.rows() + faces.rows());
+  const auto add = [&](const auto& triangle, Index tet) {
+    const std::array<Index, 3> corners{triangle[0], triangle[1], triangle[2]};
+    Index opposite = 0;
+    while (std::count(corners.begin(), corners.end(), mesh.tets(tet, opposite)) > 0) ++opposite;
+    boundary.push_back({tet, opposite, corners});
+  };
+  for (Index i = 0; i < old.triangles.rows(); ++i)
+    if (!all_touched(old.triangles.row(i)))
+      add(old.triangles.row(i), change.kept_tet[old.tet_of_triangle[i]]);
+  for (Index i = 0; i < faces.rows(); ++i)
+    if (all_touched(faces.row(i))) add(faces.row(i), near[tet_of_face[i]]);
+  std::sort(boundary.begin(), boundary.end());
+
+  BoundaryTopology out;
+  out.triangles.resize(boundary.size(), 3);
+  out.tet_of_triangle.resize(boundary.size());
+  for (std::size_t i = 0; i < boundary.size(); ++i) {
+    for (int k = 0; k < 3; ++k) out.triangles(i, k) = boundary[i].corners[k];
+    out.tet_of_triangle[i] = boundary[i].tet;
+  }
+  LinkTriangles(mesh.VertexCount(), &out);
+  out.blind.assign(mesh.VertexCount(), 0);
+  for (Index v = 0; v < mesh.VertexCount(); ++v) {
+    if (out.tet_of_vertex[v] < 0) continue;
+    const bool known = v < before.VertexCount() && old.tet_of_vertex[v] >= 0 && !touched[v];
+    out.blind[v] = known ? old.blind[v] : IsBeside(blind, mesh.rest.row(v));
+  }
   return out;
 }
 

@@ -8,12 +8,14 @@
 #include "Core/Embedding.h"
 #include "Core/Frame.h"
 #include "Core/TetMesh.h"
+#include "Core/TopologyChange.h"
 
 namespace kerf {
 
 /// The boundary of the mesh as the silhouette needs it; changes only with the topology.
 struct BoundaryTopology {
   Triangles triangles;                       ///< in mesh vertices, outwards
+  std::vector<Index> tet_of_triangle;        ///< the tetrahedron behind each, in rising order
   std::vector<std::array<Index, 2>> edges;   ///< mesh vertices
   std::vector<std::array<Index, 2>> beside;  ///< the two triangles at each edge
   std::vector<char> blind;           ///< per mesh vertex: what hides the organ there hid it at rest
@@ -22,6 +24,11 @@ struct BoundaryTopology {
 /// @param blind rest positions beside which the outline is not to be believed (N×3, mm; may be
 /// empty)
 BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind);
+/// The same for the mesh after a cut, from what it was before: only faces at changed tetrahedra are
+/// looked at.
+/// @param old of the mesh `before`, made with the same `blind`
+BoundaryTopology FollowCut(const BoundaryTopology& old, const TetMesh& before,
+                           const TopologyChange& change, const Points& blind);
 
 /// Where the organ's outline is in the image, for points on the model's outline.
 struct SilhouetteTargets {

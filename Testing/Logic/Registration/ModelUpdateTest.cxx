@@ -1,9 +1,12 @@
 // Whether a cut of the model is in it in whole or in part, as it grows, is cut anew and taken over.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "Registration/CutLine.h"
 #include "Registration/ModelSearch.h"
 #include "Registration/ModelUpdate.h"
+#include "Registration/Silhouette.h"
 #include "Support/TestMeshes.h"
 
 namespace kerf::testing {
@@ -25,6 +28,9 @@ struct Band {
     state.mesh = BandMesh(3000);
     state.positions = state.mesh.rest;
     state.velocities = Points::Zero(state.mesh.VertexCount(), 3);
+    state.blind_outline.resize(1, 3);
+    state.blind_outline.row(0) = state.mesh.rest.colwise().maxCoeff();
+    state.boundary = MakeBoundaryTopology(state.mesh, state.blind_outline);
     state.bound.embedding.weights.resize(0, 4);
     state.bound.rest.resize(0, 3);
     const auto solver = MakeKerfSolver();
@@ -78,6 +84,35 @@ TEST(ModelUpdate, GrowthThatIsRefusedMakesItPartial) {
   EXPECT_TRUE(refused.partial);
   EXPECT_TRUE(band.cut().in_model);
   EXPECT_TRUE(band.cut().partial) << "the model is not cut along all of S";
+}
+
+// Vertex by vertex and in the same order: the outline takes the first edge that it meets.
+TEST(ModelUpdate, TheBoundaryFollowsAGrowingCutAsIfItWereMadeAnew) {
+  Band band;
+  band.cutter = TetCutter();
+  band.state.blind_outline.row(0) << -19.0, -20.0, 5.0;  // where the cut enters
+  band.state.boundary = MakeBoundaryTopology(band.state.mesh, band.state.blind_outline);
+  const auto blind = [&] {
+    const std::vector<char>& flags = band.state.boundary.blind;
+    return std::count(flags.begin(), flags.end(), 1);
+  };
+  const auto blind_at_rest = blind();
+  ASSERT_GT(blind_at_rest, 0);
+  for (int depth : {10, 20, 41}) {
+    const Index triangles = band.state.boundary.triangles.rows();
+    band.cut().surface = RectangleCut({-20.3, -22, -9}, {0, depth + 2.0, 0}, {0, 0, 18}, 12, 8);
+    ASSERT_TRUE(band.Apply().done);
+    const BoundaryTopology& followed = band.state.boundary;
+    const BoundaryTopology anew = MakeBoundaryTopology(band.state.mesh, band.state.blind_outline);
+    EXPECT_GT(followed.triangles.rows(), triangles);
+    EXPECT_EQ(followed.triangles, anew.triangles);
+    EXPECT_EQ(followed.tet_of_triangle, anew.tet_of_triangle);
+    EXPECT_EQ(followed.edges, anew.edges);
+    EXPECT_EQ(followed.beside, anew.beside);
+    EXPECT_EQ(followed.blind, anew.blind);
+    EXPECT_EQ(followed.tet_of_vertex, anew.tet_of_vertex);
+  }
+  EXPECT_GT(blind(), blind_at_rest);  // both lips of the cut
 }
 
 TEST(ModelUpdate, ACutThatIsRefusedIsNotInTheModel) {
