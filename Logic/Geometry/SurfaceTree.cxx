@@ -21,6 +21,10 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 Point ToPoint(const Vec3& p) { return {p[0], p[1], p[2]}; }
 Vec3 FromPoint(const Point& p) { return {p.x(), p.y(), p.z()}; }
+Kernel::Ray_3 ToRay(const Ray& ray) {
+  return {ToPoint(ray.origin),
+          Kernel::Vector_3(ray.direction[0], ray.direction[1], ray.direction[2])};
+}
 
 /// Barycentric weights of p, a point of the triangle's plane.
 Vec3 TriangleWeights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -78,9 +82,7 @@ SurfaceTree& SurfaceTree::operator=(SurfaceTree&&) noexcept = default;
 
 std::optional<SurfaceHit> SurfaceTree::FirstHit(const Ray& ray) const {
   if (impl_->triangles.empty()) return std::nullopt;
-  const Kernel::Ray_3 query(ToPoint(ray.origin),
-                            Kernel::Vector_3(ray.direction[0], ray.direction[1], ray.direction[2]));
-  const auto found = impl_->tree.first_intersected_primitive(query);
+  const auto found = impl_->tree.first_intersected_primitive(ToRay(ray));
   if (!found) return std::nullopt;
   const std::size_t position = impl_->PositionOf(*found);
   const Triangle& t = impl_->triangles[position];
@@ -97,6 +99,10 @@ std::optional<SurfaceHit> SurfaceTree::FirstHit(const Ray& ray) const {
   SurfaceHit hit = impl_->HitAt(position, ray.origin + distance * ray.direction);
   hit.distance_mm = (hit.point - ray.origin).norm();
   return hit;
+}
+
+bool SurfaceTree::IsHit(const Ray& ray) const {
+  return !impl_->triangles.empty() && impl_->tree.do_intersect(ToRay(ray));
 }
 
 SurfaceHit SurfaceTree::Closest(const Vec3& p) const {

@@ -26,6 +26,8 @@ class SurfaceTree {
 
   /// First hit along the ray, none where it misses.
   std::optional<SurfaceHit> FirstHit(const Ray& ray) const;
+  /// Whether FirstHit finds something, in less time.
+  bool IsHit(const Ray& ray) const;
   /// Closest surface point. The surface must not be empty.
   SurfaceHit Closest(const Vec3& p) const;
   /// For closed surfaces: is p inside (ray parity, robust)?

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -55,45 +56,49 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   const FeatureTriangulation& t = evidence->triangulation;
   const Index edges = static_cast<Index>(t.edges.size());
   const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
-  const auto noise = [&](Index e) {  // what noise alone makes of this pair
-    return kNoiseJump * jumps.noise_mm * std::max(1.0, t.length_mm[e] / t.spacing_mm);
-  };
-  const auto least = [&](Index e) {  // the error of extrapolating a fit grows with the distance
-    const double spacings = std::max(1.0, t.length_mm[e] / t.spacing_mm);
-    return std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm * spacings);
-  };
-  Eigen::VectorXd excess = Eigen::VectorXd::Constant(edges, -1.0);
+  Eigen::VectorXd proportion(edges);
+  if (evidence->last_mm.size() != edges) evidence->last_mm = Eigen::VectorXd::Zero(edges);
   std::vector<int> seen(t.rest.rows(), 0), parted(t.rest.rows(), 0);
+  std::vector<PartingEdge> candidates;
   for (Index e = 0; e < edges; ++e) {
-    if (jumps.magnitude_mm[e] < 0.0) continue;  // not seen: no evidence, neither way
-    const auto [l, m] = t.edges[e];
-    const double over = jumps.magnitude_mm[e] - kMargin * evidence->learned[e] * motion;
-    const Vec2 now = (current.row(m) - current.row(l)).transpose();
-    const bool opens = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
-    excess[e] = over;
-    if (!jumps.witness[e]) continue;
-    for (Index i : {l, m}) ++seen[i];
-    if (over > least(e))
-      for (Index i : {l, m}) ++parted[i];
-    if (!opens) excess[e] = std::min(over, 0.0);
+    const double magnitude = jumps.magnitude_mm[e];
+    const double excess = magnitude - kMargin * evidence->learned[e] * motion;
+    const double spacings = std::max(1.0, t.length_mm[e] / t.spacing_mm);
+    // The error of extrapolating a fit grows with the distance.
+    const bool exceeds =
+        excess > std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm * spacings);
+    const bool measured = magnitude >= 0.0;  // not seen: no evidence, neither way
+    bool parts = false, closes = false;
+    if (jumps.witness[e] && measured) {
+      const auto [l, m] = t.edges[e];
+      const Vec2 now = (current.row(m) - current.row(l)).transpose();
+      closes = !(now.dot(jumps.jump_mm.row(e).transpose()) > 0.0);
+      parts = exceeds && !closes;
+      for (Index i : {l, m}) ++seen[i];
+      if (exceeds)
+        for (Index i : {l, m}) ++parted[i];
+    }
+    if (parts)
+      candidates.push_back({e, magnitude, excess});
+    else
+      evidence->streak[e] = 0;
+    // Beyond what noise alone makes of this pair.
+    proportion[e] = measured && (!exceeds || closes)
+                        ? std::max(0.0, magnitude - kNoiseJump * jumps.noise_mm * spacings) / motion
+                        : 0.0;
+    if (measured) evidence->last_mm[e] = magnitude;
   }
   // A feature that parts from nearly all of its neighbours is a wrong track, not tissue beside a
   // cut.
   const auto solitary = [&](Index i) { return parted[i] >= 3 && parted[i] > kSolitary * seen[i]; };
-  Eigen::VectorXd proportion = Eigen::VectorXd::Zero(edges);
   std::vector<PartingEdge> parting;
-  for (Index e = 0; e < edges; ++e) {
-    const auto [l, m] = t.edges[e];
-    const bool parts = jumps.witness[e] && excess[e] > least(e) && !solitary(l) && !solitary(m);
-    evidence->streak[e] = parts ? evidence->streak[e] + 1 : 0;
-    if (jumps.magnitude_mm[e] >= 0.0 && excess[e] <= least(e))
-      proportion[e] = std::max(0.0, jumps.magnitude_mm[e] - noise(e)) / motion;
-    if (evidence->streak[e] >= kStreak) parting.push_back({e, jumps.magnitude_mm[e], excess[e]});
+  for (const PartingEdge& candidate : candidates) {
+    const auto [l, m] = t.edges[candidate.edge];
+    int& streak = evidence->streak[candidate.edge];
+    streak = solitary(l) || solitary(m) ? 0 : streak + 1;
+    if (streak >= kStreak) parting.push_back(candidate);
   }
-  if (evidence->last_mm.size() != edges) evidence->last_mm = Eigen::VectorXd::Zero(edges);
-  evidence->last_mm =
-      (jumps.magnitude_mm.array() < 0.0).select(evidence->last_mm, jumps.magnitude_mm);
-  evidence->recent.push_back(proportion);
+  evidence->recent.push_back(std::move(proportion));
   if (evidence->recent.size() > kMemory) {
     evidence->learned = evidence->learned.cwiseMax(evidence->recent.front());
     evidence->recent.pop_front();

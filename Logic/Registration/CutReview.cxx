@@ -41,7 +41,7 @@ Points LedOverRim(Points line, const Vec3& view, const SurfaceTree& uncut, doubl
     if (!(outwards.norm() > 1e-9)) continue;
     outwards.normalize();
     const auto over_organ = [&](double d) {
-      return uncut.FirstHit({end + d * outwards - kBehind_mm * view, view}).has_value();
+      return uncut.IsHit({end + d * outwards - kBehind_mm * view, view});
     };
     // The rim, from where the line is inside it: it may already reach a little over it.
     double rim = -kOver_mm;

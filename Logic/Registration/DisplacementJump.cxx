@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "Geometry/Delaunay.h"
 
@@ -13,10 +14,11 @@ namespace {
 
 using Mat2 = Eigen::Matrix2d;
 
-constexpr int kNear = 12;             // neighbours that a local fit uses
-constexpr int kKnown = 40;            // neighbours that are kept, for when nearer ones are lost
-constexpr int kBetween = 0;           // seen features between two that are still neighbours
+constexpr int kNear = 12;   // neighbours that a local fit uses
+constexpr int kKnown = 40;  // neighbours that are kept, for when nearer ones are lost
+static_assert(kKnown <= 64, "FeatureTriangulation::between has a bit for each");
 constexpr double kFitScale_mm = 0.3;  // residual beyond which a neighbour belongs to another side
+constexpr double kSliver_mm2 = 2.0;   // twice the area below which a triangle tells nothing
 constexpr double kLongest = 6.0;      // times the median: pairs across gaps of the feature cloud
 
 double Median(std::vector<double> values) {
@@ -82,15 +84,12 @@ Mat2 LocalGradient(const FeatureTriangulation& t, const Pixels& displacement,
   };
   Mat2 best = fit(prior);
   double best_cost = cost(best);
-  for (const auto& [a, b] : t.fans[l]) {
+  for (const auto& [a, b, from_sides] : t.fans[l]) {
     if (!usable[a] || !usable[b]) continue;
-    Mat2 place, motion;
-    place << (t.rest.row(a) - t.rest.row(l)).transpose(),
-        (t.rest.row(b) - t.rest.row(l)).transpose();
+    Mat2 motion;
     motion << (displacement.row(a) - displacement.row(l)).transpose(),
         (displacement.row(b) - displacement.row(l)).transpose();
-    if (std::abs(place.determinant()) < 2.0) continue;
-    const Mat2 g = motion * place.inverse();
+    const Mat2 g = motion * from_sides;
     const double c = cost(g);
     if (c < best_cost) {
       best_cost = c;
@@ -147,8 +146,14 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     for (int k = 0; k < 3; ++k)
       longest = std::max(longest, (t.rest.row(corner[k]) - t.rest.row(corner[(k + 1) % 3])).norm());
     if (longest > 3.0 * t.spacing_mm) continue;
-    for (int k = 0; k < 3; ++k)
-      t.fans[corner[k]].push_back({corner[(k + 1) % 3], corner[(k + 2) % 3]});
+    for (int k = 0; k < 3; ++k) {
+      const Index l = corner[k], a = corner[(k + 1) % 3], b = corner[(k + 2) % 3];
+      Mat2 sides;
+      sides << (t.rest.row(a) - t.rest.row(l)).transpose(),
+          (t.rest.row(b) - t.rest.row(l)).transpose();
+      if (std::abs(sides.determinant()) < kSliver_mm2) continue;
+      t.fans[l].push_back({a, b, sides.inverse()});
+    }
   }
   // Witnesses are pairs, not only Delaunay edges: where features beside a cut are lost, the ones
   // behind them still see it.
@@ -163,13 +168,14 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
     if (length > kLongest * t.spacing_mm || std::max(steep[l], steep[m]) > steepest) continue;
     t.edges.push_back({l, m});
     kept_length.push_back(length);
-    std::vector<Index> inside;
-    for (Index i : t.near[l]) {
+    std::uint64_t inside = 0;
+    for (std::size_t k = 0; k < t.near[l].size(); ++k) {
+      const Index i = t.near[l][k];
       const Vec2 a = (t.rest.row(l) - t.rest.row(i)).transpose();
       const Vec2 b = (t.rest.row(m) - t.rest.row(i)).transpose();
-      if (i != m && a.dot(b) < 0.0) inside.push_back(i);
+      if (i != m && a.dot(b) < 0.0) inside |= std::uint64_t{1} << k;
     }
-    t.between.push_back(std::move(inside));
+    t.between.push_back(inside);
   }
   t.length_mm = Eigen::Map<Eigen::VectorXd>(kept_length.data(), kept_length.size());
   return t;
@@ -180,33 +186,43 @@ DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& curr
   const Index n = static_cast<Index>(t.rest.rows()), edges = static_cast<Index>(t.edges.size());
   const Pixels displacement = current - t.rest;
   std::vector<Mat2> gradient(n, Mat2::Zero());
+  std::vector<std::uint64_t> seen(n, 0);  // of near[l], as in `between`
   tbb::parallel_for(tbb::blocked_range<Index>(0, n, 32), [&](const auto& range) {
-    for (Index l = range.begin(); l < range.end(); ++l)
-      if (usable[l] && !t.near[l].empty()) gradient[l] = LocalGradient(t, displacement, usable, l);
+    for (Index l = range.begin(); l < range.end(); ++l) {
+      if (!usable[l] || t.near[l].empty()) continue;
+      gradient[l] = LocalGradient(t, displacement, usable, l);
+      for (std::size_t k = 0; k < t.near[l].size(); ++k)
+        seen[l] |= std::uint64_t(usable[t.near[l][k]] != 0) << k;
+    }
   });
   DisplacementJumps out;
-  out.jump_mm = Pixels::Zero(edges, 2);
-  out.magnitude_mm = Eigen::VectorXd::Constant(edges, -1.0);
-  out.witness.assign(edges, 0);
+  out.jump_mm.resize(edges, 2);
+  out.magnitude_mm.resize(edges);
+  out.witness.resize(edges);
+  const auto smooth_over = [&](Index e) -> Vec2 {
+    const auto [l, m] = t.edges[e];
+    const Vec2 dx = (t.rest.row(m) - t.rest.row(l)).transpose();
+    return 0.5 * (gradient[l] + gradient[m]) * dx;
+  };
+  tbb::parallel_for(tbb::blocked_range<Index>(0, edges, 1024), [&](const auto& range) {
+    for (Index e = range.begin(); e < range.end(); ++e) {
+      const auto [l, m] = t.edges[e];
+      const bool measured = usable[l] && usable[m];
+      Vec2 jump = Vec2::Zero();
+      if (measured) jump = (displacement.row(m) - displacement.row(l)).transpose() - smooth_over(e);
+      out.jump_mm.row(e) = jump.transpose();
+      out.magnitude_mm[e] = measured ? jump.norm() : -1.0;
+      out.witness[e] = measured && (t.between[e] & seen[l]) == 0;
+    }
+  });
   std::vector<double> magnitudes, motions;
   for (Index e = 0; e < edges; ++e) {
-    const auto [l, m] = t.edges[e];
-    if (!usable[l] || !usable[m]) continue;
-    const Vec2 dx = (t.rest.row(m) - t.rest.row(l)).transpose();
-    const Vec2 smooth = 0.5 * (gradient[l] + gradient[m]) * dx;
-    const Vec2 jump = (displacement.row(m) - displacement.row(l)).transpose() - smooth;
-    out.jump_mm.row(e) = jump.transpose();
-    out.magnitude_mm[e] = jump.norm();
-    int seen_between = 0;
-    for (Index i : t.between[e]) seen_between += usable[i];
-    out.witness[e] = seen_between <= kBetween;
-    const double spacings = t.length_mm[e] / t.spacing_mm;
     if (!out.witness[e]) continue;
-    magnitudes.push_back(jump.norm() / std::max(1.0, spacings));
-    motions.push_back(smooth.norm());
+    magnitudes.push_back(out.magnitude_mm[e] / std::max(1.0, t.length_mm[e] / t.spacing_mm));
+    motions.push_back(smooth_over(e).norm());
   }
-  out.noise_mm = 1.4826 * Median(magnitudes);
-  out.motion_mm = Median(motions);
+  out.noise_mm = 1.4826 * Median(std::move(magnitudes));
+  out.motion_mm = Median(std::move(motions));
   return out;
 }
 

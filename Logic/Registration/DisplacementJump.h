@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "Core/Types.h"
@@ -14,12 +15,17 @@ struct FeatureTriangulation {
   Pixels rest;  ///< N×2, lateral, mm
   std::vector<std::array<Index, 2>>
       edges;  ///< neighbours (l < m) that are not too far apart and not on too steep surface
-  Eigen::VectorXd length_mm;                ///< of the edges
-  std::vector<std::vector<Index>> between;  ///< per pair: the features inside the circle over it
-  std::vector<std::vector<Index>> near;     ///< the nearest features of each feature, in order
-  std::vector<std::vector<std::array<Index, 2>>>
-      fans;                 ///< the two other corners of each triangle at a feature
-  double spacing_mm = 0.0;  ///< median edge length
+  Eigen::VectorXd length_mm;           ///< of the edges
+  std::vector<std::uint64_t> between;  ///< per pair: which of `near[l]` lie inside the circle over
+                                       ///< it, bit k for near[l][k]
+  std::vector<std::vector<Index>> near;  ///< up to 40 nearest features of each, in order
+  /// A triangle at a feature, by its other corners a and b.
+  struct FanTriangle {
+    Index a = -1, b = -1;
+    Eigen::Matrix2d from_sides;  ///< inverse of (a − feature, b − feature), 1/mm
+  };
+  std::vector<std::vector<FanTriangle>> fans;  ///< per feature, without slivers
+  double spacing_mm = 0.0;                     ///< median edge length
 
   bool Empty() const { return edges.empty(); }
 };

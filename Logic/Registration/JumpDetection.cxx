@@ -55,11 +55,11 @@ class LateralFrame {
   LateralFrame(const CameraModel& camera, const SurfaceTree& rest)
       : world_from_camera_(camera.camera_from_world.inverse()), rest_(rest) {}
   std::optional<Vec3> OnOrgan(const Vec2& p) const {
-    const Ray ray{world_from_camera_ * Vec3(p.x(), p.y(), 0.0), world_from_camera_.linear().col(2)};
-    const auto hit = rest_.FirstHit(ray);
+    const auto hit = rest_.FirstHit(Through(p));
     if (!hit) return std::nullopt;
     return hit->point;
   }
+  bool IsOnOrgan(const Vec2& p) const { return rest_.IsHit(Through(p)); }
   Vec3 AtDepth(const Vec2& p, double depth) const {
     return world_from_camera_ * Vec3(p.x(), p.y(), depth);
   }
@@ -67,6 +67,10 @@ class LateralFrame {
   double Depth(const Vec3& world) const { return (world_from_camera_.inverse() * world).z(); }
 
  private:
+  Ray Through(const Vec2& p) const {
+    return {world_from_camera_ * Vec3(p.x(), p.y(), 0.0), world_from_camera_.linear().col(2)};
+  }
+
   Eigen::Isometry3d world_from_camera_;
   const SurfaceTree& rest_;
 };
@@ -77,7 +81,7 @@ double EndOf(const FittedLine& line, int sign, double spacing, const LateralFram
   const double last = sign > 0 ? line.end_mm : line.begin_mm;
   const double reach = kReachSpacings * spacing;
   for (double d = 0.0; d <= reach; d += 0.5)
-    if (!frame.OnOrgan(line.At(last + sign * d))) return last + sign * (d + kOver_mm);
+    if (!frame.IsOnOrgan(line.At(last + sign * d))) return last + sign * (d + kOver_mm);
   return last + sign * (sign > 0 ? line.end_tip_mm : line.begin_tip_mm);
 }
 
@@ -124,7 +128,7 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
   begin += too_far_mm[forward ? 0 : 1];
   end -= too_far_mm[forward ? 1 : 0];
   const double t_begin = t_of(forward ? 0 : last), t_end = t_of(forward ? last : 0);
-  const auto on_organ = [&](const Vec3& p) { return frame.OnOrgan(frame.Lateral(p)).has_value(); };
+  const auto on_organ = [&](const Vec3& p) { return frame.IsOnOrgan(frame.Lateral(p)); };
   const bool begin_open = on_organ(points.front()), end_open = on_organ(points.back());
   bool grew = false;
   if (end_open && end > t_end + kStep_mm) {

@@ -29,7 +29,7 @@ std::optional<Vec3> NextTip(const ModelCut& cut, bool at_end, double by_mm,
     from = cut.line.points.row(at_end ? n - 1 - i : i).transpose();
   if ((tip - from).norm() < 1e-6) return std::nullopt;
   const Vec3 into = cut.direction.normalized();
-  if (!state.uncut->FirstHit({tip - kFar_mm * into, into})) return std::nullopt;  // over the rim
+  if (!state.uncut->IsHit({tip - kFar_mm * into, into})) return std::nullopt;  // over the rim
   return tip + by_mm * (tip - from).normalized();
 }
 
