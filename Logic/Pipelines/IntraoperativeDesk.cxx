@@ -255,11 +255,17 @@ std::unique_ptr<IntraoperativeSink> IntraoperativeDesk::StartRecording(const Run
   session.frames_per_second = Source().nominal_fps > 0 ? Source().nominal_fps : 25.0;
   session.hold_cuts = options.hold_cuts;
   session.wanted_features = options.wanted_features;
-  auto recorder = std::make_unique<SessionRecorder>(session, camera_, planned_->organ_surface,
-                                                    IsVideoFile() ? source_path_ : "",
-                                                    exposure_->Description());
-  session_path_ = session.root;
-  return recorder;
+  try {
+    auto recorder = std::make_unique<SessionRecorder>(session, camera_, planned_->organ_surface,
+                                                      IsVideoFile() ? source_path_ : "",
+                                                      exposure_->Description());
+    session_path_ = session.root;
+    return recorder;
+  } catch (const InputError&) {  // no half of a video, no session without a frame
+    std::error_code ignored;
+    fs::remove_all(session.root, ignored);
+    throw;
+  }
 }
 
 std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeDesk::Latest() const {
@@ -295,7 +301,7 @@ std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame,
   // Of one frame there may be several: with and without the overlay, before and after a decision.
   for (int again = 2; fs::exists(path, error); ++again)
     path = (folder / fmt::format("{}-{}.png", name, again)).string();
-  WritePng(path, image, 1);  // the window waits for it
+  WritePicture(path, EncodePng(image, 1));  // the window waits for it
   if (worker_) worker_->Note("snapshot", {{"file", fs::path(path).filename().string()}});
   return path;
 }

@@ -1,6 +1,8 @@
 #include "Pipelines/SessionFolder.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -109,6 +111,18 @@ std::vector<std::string> RecordedSessions(const std::string& case_folder) {
 
 std::vector<std::string> UnfinishedSessions(const std::string& case_folder) {
   return SessionsOf(case_folder, [](const SessionFolder& session) { return !session.finished; });
+}
+
+void WritePicture(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+  std::ofstream file(path, std::ios::binary);
+  if (!file) throw InputError(path, "", std::string("cannot be written: ") + strerror(errno));
+  try {
+    WriteThrough(&file, path, {bytes.begin(), bytes.end()});
+  } catch (const InputError&) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    throw;
+  }
 }
 
 std::vector<RecordedFrame> ReadRecordedFrames(const std::string& session_folder) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,10 @@ SessionFolder ReadSession(const std::string& folder);
 std::vector<std::string> RecordedSessions(const std::string& case_folder);
 /// Sessions of a case that were not closed in order (a crash, a power cut), newest first.
 std::vector<std::string> UnfinishedSessions(const std::string& case_folder);
+
+/// Writes a picture of a session. Where that fails nothing is left of it: half a picture would be
+/// taken for one. @throws InputError naming `path`, with the system's reason
+void WritePicture(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
 /// frames.csv: which frames were registered.
 struct RecordedFrame {

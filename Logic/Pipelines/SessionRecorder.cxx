@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
 
@@ -24,8 +23,28 @@ void Link(const std::string& from, const std::string& to) {
   std::error_code error;
   fs::create_hard_link(from, to, error);
   if (!error) return;
-  fs::copy_file(from, to, error);  // another file system
-  if (error) throw InputError(to, "", "the video cannot be kept: " + error.message());
+  // Another file system. Not fs::copy_file: of a full disk it says "Input/output error".
+  std::ifstream in(from, std::ios::binary);
+  if (!in) throw InputError(from, "", "cannot be read");
+  std::ofstream out(to, std::ios::binary);
+  std::string some(std::size_t(1) << 20, '\0');
+  while (in.read(some.data(), static_cast<std::streamsize>(some.size())) || in.gcount() > 0)
+    WriteThrough(&out, to, some.substr(0, static_cast<std::size_t>(in.gcount())));
+}
+
+/// Place for the pictures, and what ran. @return with the name of the video, where it is one
+SessionFolder Begun(SessionFolder session, const std::string& video_file) {
+  if (!video_file.empty()) {
+    session.source = "video" + fs::path(video_file).extension().string();
+    Link(video_file, session.root + '/' + session.source);
+  } else {
+    const std::string frames = session.root + "/frames";
+    std::error_code error;
+    fs::create_directories(frames, error);
+    if (error) throw InputError(frames, "", "cannot be made: " + error.message());
+  }
+  WriteSession(session);
+  return session;
 }
 
 void Line(std::ofstream* file, const std::string& path, const std::string& line) {
@@ -56,16 +75,7 @@ std::string StateLine(const SessionFrame& frame, const RegistrationState& state)
 SessionRecorder::SessionRecorder(const SessionFolder& session, const CameraModel& camera,
                                  const SurfaceMesh& uncut, const std::string& video_file,
                                  const JournalData& registration)
-    : session_(session), results_(session.root, camera, uncut, false) {
-  if (!video_file.empty()) {
-    session_.source = "video" + fs::path(video_file).extension().string();
-    Link(video_file, Path(session_.source));
-  } else {
-    std::error_code error;
-    fs::create_directories(Path("frames"), error);
-    if (error) throw InputError(Path("frames"), "", "cannot be made: " + error.message());
-  }
-  WriteSession(session_);
+    : session_(Begun(session, video_file)), results_(session.root, camera, uncut, false) {
   frames_.open(Path("frames.csv"), std::ios::binary);
   states_.open(Path("states.csv"), std::ios::binary);
   Line(&frames_, Path("frames.csv"), "frame,source_frame,time_s");
@@ -87,11 +97,7 @@ Frame SessionRecorder::Record(const CapturedFrame& captured, int number, double 
   frame.time_s = time_s;
   if (session_.source.empty() && frame.image) {
     const std::string path = Path(fmt::format("frames/{:06d}.jpg", number));
-    const auto jpeg = EncodeJpeg(*frame.image, kJpegQuality);
-    std::ofstream file(path, std::ios::binary);
-    if (!file) throw InputError(path, "", std::string("cannot be written: ") + strerror(errno));
-    WriteThrough(&file, path, {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
-    file.close();
+    WritePicture(path, EncodeJpeg(*frame.image, kJpegQuality));
     std::optional<Image> recorded = ReadImageFile(path);
     if (!recorded) throw InputError(path, "", "cannot be read back");
     frame.image = std::make_shared<const Image>(std::move(*recorded));
@@ -104,11 +110,13 @@ Frame SessionRecorder::Record(const CapturedFrame& captured, int number, double 
 void SessionRecorder::Registered(const SessionFrame& frame, const RegistrationState& state) {
   results_.AddFrame(frame, state, 0.0, 0.0);
   Line(&states_, Path("states.csv"), StateLine(frame, state));
-  // Cuts are kept as they come: a session that broke off is taken up again with them.
+  // Cuts are kept as they come: a session that broke off is taken up again with them. Proposals
+  // are none of them.
   std::string cuts;
-  for (const ModelCut& cut : state.cuts)
-    cuts += fmt::format("{}{}{} ", cut.line.points.rows(), cut.held ? "h" : "",
-                        cut.rejected ? "r" : "");
+  for (std::size_t i = 0; i < state.cuts.size(); ++i)
+    if (!state.cuts[i].held)
+      cuts += fmt::format("{}:{}{} ", i, state.cuts[i].line.points.rows(),
+                          state.cuts[i].rejected ? "r" : "");
   if (cuts == cuts_written_) return;
   results_.WriteCuts(state);
   cuts_written_ = cuts;

@@ -194,6 +194,7 @@ void qKerfIntraoperativeWidget::Accept() {
     shown_.reset();
     shown_at_.Clear();
     stopped_.clear();
+    not_recorded_.clear();
     painter_.reset();  // with the accepted camera
     SetOverlay(true);
     if (clamped_at_) desk_.Clamp(true);  // since the session before

@@ -90,9 +90,10 @@ void qKerfIntraoperativeWidget::TickRun() {
   if (Clock::now() - figures_at_ > kFigures) {
     figures_at_ = Clock::now();  // pictures may have stopped: the figures of then are none of now
     const bool quiet = figures_at_ - latest->captured > std::chrono::seconds(1);
-    ShowFigures(desk_.Source(), quiet ? 0.0 : latest->registered_fps);
+    ShowFigures(desk_.Source(), quiet ? 0.0 : latest->registered_fps,
+                !latest->recording_problem.empty());
   }
-  SayWhereStopped(*latest);
+  SayWhatStopped(*latest);
   if (latest == drawn_ || !isVisible()) return;  // what nobody sees is not drawn
   Draw(latest, desk_.Camera());
   run_->Update(*latest);
@@ -109,14 +110,18 @@ void qKerfIntraoperativeWidget::ShowNewest() {
   NoteShown(newest->captured);
 }
 
-void qKerfIntraoperativeWidget::SayWhereStopped(const kerf::IntraoperativeSnapshot& latest) {
-  if (latest.stopped == stopped_) return;
-  stopped_ = latest.stopped;
-  if (!stopped_.empty())
-    services_.say_problem(
-        tr("The registration has stopped: %1. What was recorded is kept. Register "
-           "again (step 2), or end the session.")
-            .arg(QString::fromStdString(stopped_)));
+void qKerfIntraoperativeWidget::SayWhatStopped(const kerf::IntraoperativeSnapshot& latest) {
+  const auto say_once = [this](const std::string& now, std::string* said, const QString& words) {
+    if (now == *said) return;
+    *said = now;
+    if (!now.empty()) services_.say_problem(words.arg(QString::fromStdString(now)));
+  };
+  say_once(latest.stopped, &stopped_,
+           tr("The registration has stopped: %1. What was recorded is kept. Register "
+              "again (step 2), or end the session."));
+  say_once(latest.recording_problem, &not_recorded_,
+           tr("The session goes on, but is not recorded from here on: %1. What was recorded is "
+              "kept."));
 }
 
 void qKerfIntraoperativeWidget::SetClamp(bool closed) {

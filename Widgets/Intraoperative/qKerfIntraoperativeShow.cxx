@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "Adapters/Rendering/VirtualDisplay.h"
+#include "Common/qKerfTheme.h"
 #include "Intraoperative/OverlayPainter.h"
 #include "Intraoperative/qKerfIntraoperativeWidget.h"
 #include "Intraoperative/qKerfOverlayLook.h"
@@ -227,9 +228,13 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
                         : "font-size: 15pt; font-weight: bold; padding: 4px;");
 }
 
-void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source,
-                                            double registered_fps) {
-  QString text = tr("video %1/s").arg(source.fps, 0, 'f', 0);
+void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source, double registered_fps,
+                                            bool not_recorded) {
+  QString text;
+  if (not_recorded)  // in the strip, which stays when the picture is alone
+    text = tr("<span style='font-size: 16pt; font-weight: bold; color: %1'>NOT RECORDED</span><br>")
+               .arg(qKerfTheme::Current().problem.name());
+  text += tr("video %1/s").arg(source.fps, 0, 'f', 0);
   if (registered_fps > 0)
     text += tr(" · registered %1/s<br>shown %2/s · latency %3 ms<br>dropped %4")
                 .arg(registered_fps, 0, 'f', 0)

@@ -109,7 +109,7 @@ class qKerfIntraoperativeWidget : public QWidget {
   void ShowNewest();
   bool Bare() const { return !overlay_on_ || !overlay_problem_.empty(); }
   void NoteShown(std::chrono::steady_clock::time_point captured);
-  void SayWhereStopped(const kerf::IntraoperativeSnapshot& latest);
+  void SayWhatStopped(const kerf::IntraoperativeSnapshot& latest);
   void TickReview();
   void PaintExposure();
   void Draw(std::shared_ptr<const kerf::IntraoperativeSnapshot> snapshot,
@@ -127,7 +127,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   void SetBefore(bool before);
   void ChangeLook(const std::function<void(kerf::OverlayOptions*)>& change);
   void ShowLamp(const kerf::IntraoperativeSnapshot& snapshot);
-  void ShowFigures(const kerf::SourceState& source, double registered_fps);
+  void ShowFigures(const kerf::SourceState& source, double registered_fps,
+                   bool not_recorded = false);
   void BeginExposure(bool fresh);
   void FitOutline();
   void Accept();
@@ -181,8 +182,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   std::shared_ptr<const kerf::IntraoperativeSnapshot> drawn_,  ///< the last that was to be drawn
       shown_, before_shown_;
   kerf::OverlayOptions look_options_;
-  std::string overlay_problem_, stopped_;  ///< already said
-  std::string alarm_case_;                 ///< whose planned margin the alarm began with
+  std::string overlay_problem_, stopped_, not_recorded_;  ///< already said
+  std::string alarm_case_;  ///< whose planned margin the alarm began with
   std::unique_ptr<kerf::SessionPlayback> playback_;
   double review_time_s_ = 0.0;
   int review_frame_ = 0;
