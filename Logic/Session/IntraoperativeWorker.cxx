@@ -14,10 +14,21 @@ using Clock = std::chrono::steady_clock;
 constexpr double kBehind_s = 0.4;    // a picture that waits for longer than this to be registered
 constexpr double kCaughtUp_s = 0.2;  // behind until none waits for longer than this
 constexpr int kSettle = 15;          // looks at the last picture of all after a decision
+constexpr double kStuck_s = 2.0;     // nothing since a picture as old as this is not slow any more
 constexpr double kLossToConfirm_s = 1.0;  // off for longer than this: the surgeon confirms
 constexpr char kBehindReason[] = "registration behind";
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+bool IsBehindReason(const std::string& reason) { return reason.rfind(kBehindReason, 0) == 0; }
+
+/// Slow, frame after frame, is something else than stuck.
+std::string SlowReason(double registered_fps) {
+  const int rate = static_cast<int>(registered_fps);
+  if (rate < 1) return kBehindReason;
+  return std::string(kBehindReason) + ": " + std::to_string(rate) +
+         (rate > 1 ? " pictures a second" : " picture a second");
+}
 
 }  // namespace
 
@@ -35,7 +46,11 @@ struct IntraoperativeWorker::Implementation {
   std::mutex joining;  ///< several threads may stop it
   mutable std::mutex mutex;
   bool stop = false;
-  std::deque<IntraoperativeDecision> posted;
+  struct Posted {
+    IntraoperativeDecision decision;
+    bool asked;  ///< the surgeon was asked to confirm when it was posted
+  };
+  std::deque<Posted> posted;
   std::deque<std::pair<std::string, JournalData>> notes;
   std::shared_ptr<const IntraoperativeSnapshot> latest;
 
@@ -45,6 +60,7 @@ struct IntraoperativeWorker::Implementation {
   double time_s = 0.0;
   RateMeter registered;
   std::optional<Clock::time_point> off_since;
+  Clock::time_point nothing_before;  ///< last registered, or confirmed: what was before is no hang
   std::string off_reason, loss_reason;  ///< last; of the loss that is to be confirmed
   bool needs_confirmation = false;
   SourceState::Kind source_kind = SourceState::Kind::Running;
@@ -100,7 +116,11 @@ struct IntraoperativeWorker::Implementation {
   void Round();
   void GoOnWithout(const std::string& why);
   void Register(const CapturedFrame& captured);
-  void CarryOut(IntraoperativeDecision decision);
+  void CarryOut(IntraoperativeDecision decision, bool asked = false);
+  void Answer(const std::string& words) {
+    said = words;
+    ++said_number;
+  }
   void DecideByTheClock(IntraoperativeDecision decision);
   void KeepDeadline();
   void DoNotWaitForSearch();
@@ -132,15 +152,17 @@ struct IntraoperativeWorker::Implementation {
   }
 };
 
-void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decision) {
+void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decision, bool asked) {
   if (frames == 0) return;  // there is no state to decide about yet
+  const bool confirms = decision.kind == IntraoperativeDecision::Kind::Confirm;
+  if (confirms && !asked) return Answer("There is nothing to confirm.");
   const DecisionOutcome outcome = Decide(parts.session.get(), &decision);
-  said = outcome.words;
-  ++said_number;
+  Answer(outcome.words);
   if (!outcome.done) return;
-  if (decision.kind == IntraoperativeDecision::Kind::Confirm) {
+  if (confirms) {
     needs_confirmation = false;
     off_since.reset();
+    nothing_before = parts.capture->Now();
   }
   for (const auto& [event, data] : JournalLines(decision, outcome, parts.session->State()))
     Say(event, data);
@@ -189,29 +211,34 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
     out->gate = GateState::Off;
     out->reason = source.message.empty() ? "no picture" : source.message;
   }
+  const bool is_lost = out->gate == GateState::Off;
   // A hang is noticed by the frame that ends it, and counts even if nothing waits behind that one.
+  // One frame after the other, each late, is no hang: nothing is lost where registration is slow.
+  std::optional<Clock::time_point> hangs_since;
   if (const auto registered_one = Latest()) {
-    if (const auto since = BehindSince(*registered_one, now)) {
-      off_since = std::min(off_since.value_or(now), *since);
-      off_reason = kBehindReason;
-    }
-    if (BehindSince(*out, now)) {
-      if (out->gate != GateState::Off) out->reason = kBehindReason;
+    if (const auto since = BehindSince(*registered_one, now))
+      hangs_since = std::max(*since, nothing_before);
+    if (BehindSince(*out, now) && !is_lost) {
       out->gate = GateState::Off;
+      out->reason =
+          IsBehindReason(registered_one->reason)
+              ? SlowReason(std::min(registered.PerSecond(now), 1.0 / Seconds(now - nothing_before)))
+              : kBehindReason;
     }
   }
-  const bool is_off = out->gate == GateState::Off;
-  if (is_off) {
+  if (is_lost) {
     off_reason = out->reason;
-    if (!off_since) off_since = now;
+    off_since = std::min(off_since.value_or(now), hangs_since.value_or(now));
   }
   // A loss is never bridged: whether the model is right again is for the surgeon to say.
-  if (!needs_confirmation && off_since && Seconds(now - *off_since) > kLossToConfirm_s) {
+  const auto since = std::min(off_since.value_or(now), hangs_since.value_or(now));
+  if (!needs_confirmation && Seconds(now - since) > kLossToConfirm_s) {
     needs_confirmation = true;
-    loss_reason = off_reason;
+    loss_reason = is_lost || !hangs_since ? off_reason : kBehindReason;
     Say("confirmation needed", {{"reason", loss_reason}});
   }
   out->needs_confirmation = needs_confirmation;
+  const bool is_off = out->gate == GateState::Off;
   if (is_off) return;
   off_since.reset();
   if (!needs_confirmation) return;
@@ -251,7 +278,7 @@ std::shared_ptr<IntraoperativeSnapshot> IntraoperativeWorker::Implementation::De
     const Frame& frame, const SessionFrame& report, Clock::time_point captured) {
   auto out = maker.Make(frame, report, parts.session->State());
   out->captured = captured;
-  const auto now = Clock::now();
+  const auto now = parts.capture->Now();
   registered.Add(now);
   out->registered_fps = registered.PerSecond(now);
   out->source = parts.capture->State();
@@ -278,9 +305,10 @@ void IntraoperativeWorker::Implementation::Register(const CapturedFrame& capture
   if (frames == 1)
     for (const IntraoperativeDecision& decision : parts.first) CarryOut(decision);
   const auto described = Describe(frame, last, captured.captured);
+  nothing_before = parts.capture->Now();
   if (frames == 1) {
     const std::lock_guard lock(showing);
-    first_shown = parts.capture->Now();
+    first_shown = nothing_before;
   }
   Publish(described);
 }
@@ -317,8 +345,11 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
   out->source = parts.capture->State();
   out->registered_fps = 0.0;
   out->gate = GateState::Off;
-  out->reason =
-      out->source.Usable() || out->source.message.empty() ? kBehindReason : out->source.message;
+  const bool is_slow =
+      IsBehindReason(registered_one->reason) && Seconds(now - registered_one->captured) < kStuck_s;
+  out->reason = !out->source.Usable() && !out->source.message.empty() ? out->source.message
+                : is_slow                                             ? registered_one->reason
+                                                                      : kBehindReason;
   behind_after = registered_one;
   behind = out;
   return out;
@@ -327,12 +358,12 @@ std::shared_ptr<const IntraoperativeSnapshot> IntraoperativeWorker::Implementati
 /// One look at what came: decisions first, then the newest picture.
 void IntraoperativeWorker::Implementation::Round() {
   const auto captured = parts.capture->Take(kLook_s);
-  std::deque<IntraoperativeDecision> decisions;
+  std::deque<Posted> decisions;
   {
     const std::lock_guard lock(mutex);
     decisions.swap(posted);
   }
-  for (auto& decision : decisions) CarryOut(std::move(decision));
+  for (auto& [decision, asked] : decisions) CarryOut(std::move(decision), asked);
   SayNotes();
   if (captured) {
     if (source_kind != SourceState::Kind::Running) WatchSource();
@@ -415,7 +446,8 @@ void IntraoperativeWorker::Stop() {
 
 void IntraoperativeWorker::Post(IntraoperativeDecision decision) {
   const std::lock_guard lock(implementation_->mutex);
-  implementation_->posted.push_back(std::move(decision));
+  const bool asked = implementation_->latest && implementation_->latest->needs_confirmation;
+  implementation_->posted.push_back({std::move(decision), asked});
 }
 
 void IntraoperativeWorker::Note(const std::string& event, const JournalData& data) {

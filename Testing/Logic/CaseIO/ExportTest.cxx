@@ -198,6 +198,19 @@ TEST_F(ExportTest, LabelsOfResultsThatLieInAnotherCaseAreNotThatCases) {
   }
 }
 
+/// Where results belong to no case, none is looked for where the shell happens to stand.
+TEST_F(ExportTest, LabelsOfResultsWithoutACaseAreNotThoseOfTheCurrentFolder) {
+  WriteResults("alone");
+  const fs::path stood = fs::current_path();
+  fs::current_path(folder_ / "case");  // another patient's
+  LabelMap labels;
+  EXPECT_NO_THROW(labels = ExportedLabels("alone"));
+  fs::current_path(stood);
+  ASSERT_TRUE(labels.voxels);
+  EXPECT_EQ(labels.grid.spacing_mm, Vec3(Vec3::Ones()));
+  EXPECT_EQ(labels.LabelVolume_mm3(Label::Tumour), 0);
+}
+
 TEST_F(ExportTest, WhatCannotBeExportedIsNamed) {
   EXPECT_THAT(MessageOf<UsageError>([&] { Run("case", "dxf", false); }), HasSubstr("dxf"));
   EXPECT_THAT(MessageOf<InputError>([&] { Run("none", "stl", false); }), HasSubstr("no folder"));

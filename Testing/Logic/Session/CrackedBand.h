@@ -51,11 +51,12 @@ class CrackTracker : public FeatureTracker {
     return features;
   }
   void Track(const Frame& frame, FeatureSet* features) override {
-    while (stuck && stuck->here) {
+    while (stuck && stuck->here && stuck->passes == 0) {
       stuck->waits = true;
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     if (stuck) stuck->waits = false;
+    if (stuck && stuck->passes > 0) --stuck->passes;
     if (frame.index >= throw_at) throw std::runtime_error("the tracker broke");
     for (Index i = 0; i < features->Size(); ++i)
       features->pixels.row(i) =
@@ -64,6 +65,7 @@ class CrackTracker : public FeatureTracker {
   struct Stuck {
     std::atomic<bool> here{false};           ///< while it is set nothing comes out
     std::atomic<bool> waits{false};          ///< a frame is in it
+    std::atomic<int> passes{0};              ///< so many come out all the same
     std::chrono::milliseconds detecting{0};  ///< how long that takes
   };
   int stop_at = 1 << 20;   ///< the motion halts here

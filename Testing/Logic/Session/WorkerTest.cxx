@@ -109,6 +109,9 @@ struct Scene {
         [flag]() -> std::unique_ptr<FrameSource> { return std::make_unique<BandSource>(flag); },
         options);
     parts.sink = std::make_unique<LogSink>(log);
+    parts.on_snapshot = [this] {
+      if (listens) on_snapshot();
+    };
     worker = std::make_unique<IntraoperativeWorker>(std::move(parts));
   }
   ~Scene() { stuck->here = *hang = false; }  // whatever failed, the worker can end
@@ -116,6 +119,27 @@ struct Scene {
   bool GetsStuck() {
     stuck->here = true;
     return Within(10, [&] { return stuck->waits.load(); });
+  }
+  /// The clock stands still; pictures come on.
+  void HoldClock() {
+    clock.HoldSince([&] { return capture->State(); }, 0.0);
+  }
+  /// `seconds` later by the clock that is held, and a picture of then has come.
+  bool Later(double seconds) {
+    const auto now_came = [&] { return capture->Newest()->captured == clock(); };
+    if (!Within(10, now_came)) return false;
+    clock.HoldSince([&] { return capture->State(); }, seconds);
+    return Within(10, now_came);
+  }
+  /// No picture comes after this. @return when the last one did
+  Clock::time_point PicturesEnd() {
+    *hang = true;
+    std::this_thread::sleep_for(100ms);  // what is being read still comes
+    return capture->Newest()->captured;
+  }
+  int Count(const std::string& event) {
+    const std::lock_guard lock(log->mutex);
+    return int(std::count(log->events.begin(), log->events.end(), event));
   }
   template <class F>
   bool Sees(double seconds, F condition) {
@@ -135,6 +159,8 @@ struct Scene {
   std::shared_ptr<CrackTracker::Stuck> stuck = std::make_shared<CrackTracker::Stuck>();
   HeldClock clock;
   std::shared_ptr<IntraoperativeCapture> capture;
+  std::function<void()> on_snapshot;  ///< in the worker's thread, while it `listens`
+  std::atomic<bool> listens{false};
   std::unique_ptr<IntraoperativeWorker> worker;
 };
 
@@ -268,6 +294,82 @@ TEST(Worker, ALongHangOfTheRegistrationIsALossToBeConfirmed) {
       }
     EXPECT_GE(needed, 1);
   }
+}
+
+/// A video that ends with a slow frame.
+TEST(Worker, TheFrameThatEndsAHangIsOnWhereNothingWaitsBehindIt) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  ASSERT_TRUE(scene.GetsStuck());
+  scene.HoldClock();
+  ASSERT_TRUE(scene.Later(0.04));
+  ASSERT_TRUE(scene.Later(0.45));
+  const auto last = scene.PicturesEnd();
+  EXPECT_EQ(scene.worker->Current()->reason, "registration behind");
+  scene.stuck->here = false;
+  ASSERT_TRUE(scene.Sees(10, [&](const auto& s) { return s.captured == last; }));
+  // Whoever asks, and whoever does not.
+  EXPECT_EQ(scene.worker->Latest()->gate, GateState::Green);
+  EXPECT_EQ(scene.worker->Current(), scene.worker->Latest());
+  EXPECT_FALSE(scene.worker->Latest()->needs_confirmation);
+}
+
+/// In the round right after the frame that ended the hang: what was seen and confirmed is, and the
+/// hang of before does not count again.
+TEST(Worker, AConfirmationRightAfterAHangNeedsNoSecondOne) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  std::atomic<int> pressed{0};
+  scene.on_snapshot = [&] {
+    if (!scene.worker->Latest()->needs_confirmation || pressed++ > 0) return;
+    scene.Post(Kind::Confirm);
+  };
+  ASSERT_TRUE(scene.GetsStuck());
+  scene.HoldClock();
+  ASSERT_TRUE(scene.Later(0.04));
+  ASSERT_TRUE(scene.Later(1.6));
+  scene.listens = true;
+  scene.stuck->here = false;
+  ASSERT_TRUE(Within(10, [&] { return pressed > 0; }));
+  // Amber for a second, since pictures were passed over; and time stands still here.
+  EXPECT_TRUE(scene.Sees(
+      10, [](const auto& s) { return s.gate != GateState::Off && !s.needs_confirmation; }));
+  scene.worker->Stop();
+  EXPECT_EQ(scene.Count("confirmation needed"), 1);
+  EXPECT_EQ(scene.Count("registration confirmed"), 1);
+}
+
+/// Off, since every picture is late, but nothing is lost: the surgeon is asked for nothing.
+TEST(Worker, ASlowRegistrationIsSaidWithItsRateAndAsksForNothing) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  ASSERT_TRUE(scene.GetsStuck());
+  scene.HoldClock();
+  for (int slow = 0; slow < 9; ++slow) {  // one picture every 0.3 s
+    ASSERT_TRUE(scene.Later(0.04));
+    ASSERT_TRUE(scene.Later(0.26));
+    const auto before = scene.worker->Latest();
+    scene.stuck->passes = 1;
+    ASSERT_TRUE(Within(10, [&] { return scene.stuck->waits && scene.worker->Latest() != before; }));
+    EXPECT_FALSE(scene.worker->Current()->needs_confirmation) << slow;
+    if (slow < 2) continue;
+    EXPECT_EQ(scene.worker->Current()->gate, GateState::Off) << slow;
+    EXPECT_EQ(scene.worker->Current()->reason, "registration behind: 3 pictures a second") << slow;
+  }
+  scene.Post(Kind::Confirm);  // of nothing
+  scene.stuck->here = false;  // fast again: it is back by itself
+  EXPECT_TRUE(scene.Sees(10, [](const auto& s) {
+    return s.gate == GateState::Green && s.said == "There is nothing to confirm.";
+  }));
+  EXPECT_EQ(scene.Count("confirmation needed"), 0);
+  EXPECT_EQ(scene.Count("registration confirmed"), 0);
+  // Nothing at all for longer is stuck, and a loss.
+  ASSERT_TRUE(scene.GetsStuck());
+  ASSERT_TRUE(scene.Later(0.04));
+  ASSERT_TRUE(scene.Later(2.5));
+  EXPECT_EQ(scene.worker->Current()->reason, "registration behind");
+  scene.stuck->here = false;
+  EXPECT_TRUE(scene.Sees(10, [](const auto& s) { return s.needs_confirmation; }));
 }
 
 /// Setting the model up takes a while, and pictures come meanwhile.
