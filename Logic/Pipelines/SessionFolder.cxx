@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
 #include "CaseIO/AtomicFile.h"
 #include "Core/Errors.h"
@@ -123,6 +125,22 @@ void WritePicture(const std::string& path, const std::vector<std::uint8_t>& byte
     fs::remove(path, ignored);
     throw;
   }
+}
+
+std::vector<std::string> KeptPictures(const std::string& session_folder) {
+  std::vector<std::pair<std::pair<std::string, int>, std::string>> found;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(fs::path(session_folder) / "snapshots", none)) {
+    if (entry.path().extension() != ".png") continue;
+    const std::string stem = entry.path().stem().string();
+    const auto dash = stem.rfind('-');
+    const int again = dash == std::string::npos ? 1 : std::atoi(stem.c_str() + dash + 1);
+    found.push_back({{stem.substr(0, dash), again}, entry.path().string()});
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> pictures;
+  for (auto& [order, path] : found) pictures.push_back(std::move(path));
+  return pictures;
 }
 
 std::vector<RecordedFrame> ReadRecordedFrames(const std::string& session_folder) {

@@ -41,6 +41,10 @@ std::vector<std::string> UnfinishedSessions(const std::string& case_folder);
 /// taken for one. @throws InputError naming `path`, with the system's reason
 void WritePicture(const std::string& path, const std::vector<std::uint8_t>& bytes);
 
+/// The surgeon's snapshots, in the order in which they were kept: of one picture there may be
+/// several, `frame_000123.png`, `frame_000123-2.png` … `-10.png`.
+std::vector<std::string> KeptPictures(const std::string& session_folder);
+
 /// frames.csv: which frames were registered.
 struct RecordedFrame {
   int number = 0;        ///< as registered, 0, 1, 2 …

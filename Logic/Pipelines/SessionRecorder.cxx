@@ -143,15 +143,8 @@ void WriteSessionReport(const SessionFolder& session, const ResultsWriter& resul
   ReportData data;
   data.study = "session " + fs::path(session.root).filename().string() + " of " + session.pseudonym;
   data.method = "kerf";
-  std::error_code none;
-  std::vector<fs::path> pictures;
-  for (const auto& entry : fs::directory_iterator(fs::path(session.root) / "snapshots", none))
-    if (entry.path().extension() == ".png") pictures.push_back(entry.path());
-  // frame_000123.png, frame_000123-2.png: by stems, in which the first comes first.
-  std::sort(pictures.begin(), pictures.end(),
-            [](const fs::path& a, const fs::path& b) { return a.stem() < b.stem(); });
-  for (const fs::path& picture : pictures) {
-    const std::string name = picture.stem().string();
+  for (const std::string& picture : KeptPictures(session.root)) {
+    const std::string name = fs::path(picture).stem().string();
     ReportSnapshot snapshot;
     if (name.rfind("time_", 0) == 0) {  // time_00012.345.png: was not registered
       snapshot.frame = -1;
@@ -161,7 +154,7 @@ void WriteSessionReport(const SessionFolder& session, const ResultsWriter& resul
     }
     for (const ReliabilityRow& row : results.ReliabilityRows())
       if (row.frame == snapshot.frame) snapshot.time_s = row.time_s;
-    snapshot.image = ReadPng(picture.string());
+    snapshot.image = ReadPng(picture);
     data.snapshots.push_back(std::move(snapshot));
   }
   std::stable_sort(

@@ -57,6 +57,22 @@ TEST(Desk, ADiskThatFillsUpLosesNothingThatWasWritten) {
   EXPECT_EQ(desk.Resume(session.string()), 0);
 }
 
+TEST(Desk, PicturesOfOneFrameStayInTheOrderInWhichTheyWereKept) {
+  const PhantomCase phantom(2000);
+  IntraoperativeDesk desk;
+  Start(phantom, &desk);
+  const auto now = desk.Latest();
+  std::vector<std::string> kept = {desk.KeepPicture(*now->frame.image, 3, now->captured)};
+  for (int again = 2; again <= 12; ++again) {
+    kept.push_back(desk.KeepPicture(*now->frame.image, 3, now->captured));
+    EXPECT_NE(kept.back().find("frame_000003-" + std::to_string(again) + ".png"),
+              std::string::npos);
+  }
+  kept.push_back(desk.KeepPicture(*now->frame.image, 20, now->captured));
+  kept.push_back(desk.KeepPicture(*now->frame.image, -1, now->captured));  // time_….png
+  EXPECT_EQ(KeptPictures(desk.SessionPath()), kept);
+}
+
 TEST(Desk, ABrokenCaseAndAWrongCameraFileChangeNothing) {
   const PhantomCase phantom(2000);
   IntraoperativeDesk desk;
