@@ -1,5 +1,6 @@
 // What both a running and a recorded session show: overlay, lamp, figures, the state before a cut.
 #include <QLabel>
+#include <QScreen>
 #include <QSplitter>
 #include <cmath>
 
@@ -14,6 +15,12 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Of the strip's text, beside the panels; 16 pt at 96 dots per inch.
+constexpr int kText_px = 21;
+// With the picture alone, of the screen's height: capitals of 12 minutes of arc and more from two
+// metres on a 24-inch screen (docs/tutorial/intraoperative.md).
+constexpr int kTextsPerScreen = 29;
 
 /// Qt lays a label out anew with every sheet, also with the one that it has.
 void SetSheet(QLabel* label, const QString& sheet) {
@@ -209,31 +216,40 @@ void qKerfIntraoperativeWidget::ShowLamp(const kerf::IntraoperativeSnapshot& sna
   if (std::isfinite(snapshot.reliability.tumour_u95_mm) && snapshot.gate != kerf::GateState::Off)
     text += tr("<br>tumour ± %1 mm").arg(snapshot.reliability.tumour_u95_mm, 0, 'f', 1);
   lamp_->setText(text);
-  SetSheet(lamp_, QString("font-size: 16pt; font-weight: bold; padding: 4px; color: %1; "
+  SetSheet(lamp_, QString("font-size: %3px; font-weight: bold; padding: 4px; color: %1; "
                           "background: %2;")
                       .arg(amber ? "black" : "white", green   ? "#1f7a3d"
                                                       : amber ? "#ffbe3c"
-                                                              : "#b3261e"));
+                                                              : "#b3261e")
+                      .arg(StripText_px()));
   QStringList distances;
   if (std::isfinite(snapshot.margin_mm))
     distances << tr("tumour&nbsp;–&nbsp;cut %1&nbsp;mm").arg(snapshot.margin_mm, 0, 'f', 1);
   if (std::isfinite(snapshot.deviation.mean_mm))
-    distances << tr("<span style='font-size:11pt'>plan – cut %1 mm, at most %2</span>")
+    distances << tr("<span style='font-size:%3px'>plan – cut %1 mm, at most %2</span>")
                      .arg(snapshot.deviation.mean_mm, 0, 'f', 1)
-                     .arg(snapshot.deviation.max_mm, 0, 'f', 1);
+                     .arg(snapshot.deviation.max_mm, 0, 'f', 1)
+                     .arg(full_ ? StripText_px() : 15);
   margin_->setText(distances.join("<br>"));
-  SetSheet(margin_, snapshot.margin_mm < look_->MarginAlarm_mm()
-                        ? "font-size: 15pt; font-weight: bold; color: white; "
-                          "background: #b3261e; padding: 4px;"
-                        : "font-size: 15pt; font-weight: bold; padding: 4px;");
+  SetSheet(margin_, QString("font-size: %1px; font-weight: bold; padding: 4px;%2")
+                        .arg(full_ ? StripText_px() : 20)
+                        .arg(snapshot.margin_mm < look_->MarginAlarm_mm()
+                                 ? " color: white; background: #b3261e;"
+                                 : ""));
 }
 
 void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source, double registered_fps,
                                             bool not_recorded) {
   QString text;
   if (not_recorded)  // in the strip, which stays when the picture is alone
-    text = tr("<span style='font-size: 16pt; font-weight: bold; color: %1'>NOT RECORDED</span><br>")
-               .arg(qKerfTheme::Current().problem.name());
+    text = tr("<span style='font-size: %2px; font-weight: bold; color: %1'>NOT RECORDED</span>")
+               .arg(qKerfTheme::Current().problem.name())
+               .arg(StripText_px());
+  if (full_) {  // rates are for whoever sits at the panels
+    figures_->setText(text);
+    return;
+  }
+  if (not_recorded) text += "<br>";
   text += tr("video %1/s").arg(source.fps, 0, 'f', 0);
   if (registered_fps > 0)
     text += tr(" · registered %1/s<br>shown %2/s · latency %3 ms<br>dropped %4")
@@ -243,6 +259,13 @@ void qKerfIntraoperativeWidget::ShowFigures(const kerf::SourceState& source, dou
                 .arg(source.dropped);
   figures_->setText(text);
 }
+
+int qKerfIntraoperativeWidget::StripText_px() const {
+  return full_ ? qMax(kText_px, screen()->size().height() / kTextsPerScreen) : kText_px;
+}
+
+/// Three lines: a longer reason does not move the picture.
+void qKerfIntraoperativeWidget::ArrangeStrip() { lamp_->setMinimumHeight(4 * StripText_px()); }
 
 double qKerfIntraoperativeWidget::ShownPerSecond() const {
   return shown_at_.PerSecond(Clock::now());
@@ -260,6 +283,9 @@ void qKerfIntraoperativeWidget::SetFullScreen(bool full) {
   if (full == full_) return;
   full_ = full;
   side_->setVisible(!full);
+  ArrangeStrip();
+  if (shown_) ShowLamp(*shown_);
+  figures_at_ = {};  // with the next tick
   QWidget* top = window();
   if (full) was_full_screen_ = top->isFullScreen();
   top->setWindowState(full || was_full_screen_ ? top->windowState() | Qt::WindowFullScreen

@@ -129,7 +129,7 @@ void qKerfIntraoperativeWidget::MakeLayout() {
   lamp_->setObjectName("lamp");
   // Wrapped, so that no figure makes the window wider than the screen.
   lamp_->setMinimumWidth(280);
-  lamp_->setMinimumHeight(84);  // three lines: a longer reason does not move the picture
+  ArrangeStrip();
   margin_ = new QLabel;
   margin_->setObjectName("margin");
   margin_->setAlignment(Qt::AlignCenter);

@@ -127,6 +127,8 @@ class qKerfIntraoperativeWidget : public QWidget {
   void SetBefore(bool before);
   void ChangeLook(const std::function<void(kerf::OverlayOptions*)>& change);
   void ShowLamp(const kerf::IntraoperativeSnapshot& snapshot);
+  int StripText_px() const;
+  void ArrangeStrip();
   void ShowFigures(const kerf::SourceState& source, double registered_fps,
                    bool not_recorded = false);
   void BeginExposure(bool fresh);

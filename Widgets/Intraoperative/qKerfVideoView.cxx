@@ -105,7 +105,7 @@ void qKerfVideoView::paintEvent(QPaintEvent*) {
     painter.drawPolyline(line);
   }
   if (!banner_.isEmpty()) {
-    int points = qBound(12, height() / 22, 26);
+    int points = qBound(12, height() / 22, 30);
     for (; points > 9; --points) {  // beside another view there may be little room
       font.setPointSize(points);
       if (QFontMetrics(font).horizontalAdvance(banner_) <= width() - 16) break;

@@ -2,8 +2,13 @@
 #include "IntraoperativeGuiTest.h"
 
 #include <QDoubleSpinBox>
+#include <QRegularExpression>
+#include <QScreen>
+#include <cmath>
 #include <filesystem>
 
+#include "Adapters/OpenCv/ImageMasks.h"
+#include "Intraoperative/OverlayPainter.h"
 #include "Support/ImageSimilarity.h"
 
 using namespace kerf;
@@ -206,6 +211,68 @@ void IntraoperativeGuiTest::OneKeySwitchesTheOverlayOffAndPresetsChangeIt() {
   QTest::qWait(50);
   QVERIFY(!page_->widget->BeforeView()->isVisible());
   QVERIFY(std::isfinite(page_->Latest()->margin_mm));
+}
+
+/// Capitals of 12 minutes of arc, for a glance (ISO 9241: 16 where one reads on), on a 24-inch screen
+/// of 16:9, in the strip below the picture alone.
+void IntraoperativeGuiTest::TheStripIsReadFromTwoMetres() {
+  constexpr double kScreen_mm = 298.9, kDistance_mm = 2000.0;
+  page_->Key(Qt::Key_F);
+  QTRY_VERIFY(!page_->Find<QCheckBox>("hold")->isVisible());
+  QTest::qWait(300);
+  const double screen_px = page_->widget->screen()->size().height();
+  for (const char* name : {"lamp", "margin"}) {
+    auto* label = page_->Find<QLabel>(name);
+    QVERIFY(label->isVisible() && !label->text().isEmpty());
+    QFont smallest = label->font();
+    const auto smaller = QRegularExpression("font-size: ?(\\d+)px").globalMatch(label->text());
+    for (auto match = smaller; match.hasNext();)
+      smallest.setPixelSize(qMin(smallest.pixelSize(), match.next().captured(1).toInt()));
+    const double capitals_mm = QFontMetricsF(smallest).capHeight() * kScreen_mm / screen_px;
+    const double minutes = std::atan(capitals_mm / kDistance_mm) * 60.0 * 180.0 / M_PI;
+    QVERIFY2(minutes >= 12.0, qPrintable(QString("%1: %2'").arg(name).arg(minutes)));
+    // All of it: the longest reason of the gate, too.
+    if (name == std::string("lamp")) {
+      label->setText("OVERLAY OFF: registration has caught up: check it and confirm");
+      QVERIFY(label->heightForWidth(label->width()) <= label->height());
+    }
+  }
+  Keep("alone");
+  page_->Key(Qt::Key_F);
+  QTRY_VERIFY(page_->Find<QCheckBox>("hold")->isVisible());
+}
+
+/// As the page draws, over a picture into which a shaft of steel reaches from the left.
+void IntraoperativeGuiTest::NothingCoversTheInstruments() {
+  IntraoperativeSnapshot snapshot = *page_->Latest();
+  OverlayPainter painter(page_->widget->Desk().Camera(), [] {});
+  const Image without = painter.Paint(snapshot), bare = *snapshot.frame.image;
+  auto picture = std::make_shared<Image>(bare);
+  for (int y = 255; y < 285; ++y)
+    for (int x = 0; x < 520; ++x)
+      std::fill_n(&picture->data[3 * (std::size_t(y) * picture->width + x)], 3,
+                  std::uint8_t(110 + 3 * (y - 255)));
+  snapshot.frame.image = picture;
+  const Image mask = InstrumentMask(snapshot.frame), with = painter.Paint(snapshot);
+  const auto differ = [&](const Image& a, const Image& b, int x, int y) {
+    const std::size_t at = 3 * (std::size_t(y) * a.width + x);
+    return !std::equal(&a.data[at], &a.data[at] + 3, &b.data[at]);
+  };
+  int compared = 0, covered = 0, would_be = 0;
+  for (int y = 120; y < 450; ++y)  // between the panels of text
+    for (int x = 8; x < mask.width - 8; ++x) {
+      bool inside = true;  // not in the soft rim
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          inside = inside && mask.data[std::size_t(y + dy) * mask.width + x + dx];
+      if (!inside) continue;
+      ++compared;
+      covered += differ(with, *picture, x, y);
+      would_be += differ(without, bare, x, y);
+    }
+  QVERIFY2(compared > 5000, qPrintable(QString::number(compared)));
+  QVERIFY2(would_be > 1000, qPrintable(QString::number(would_be)));  // the overlay is there
+  QCOMPARE(covered, 0);
 }
 
 void IntraoperativeGuiTest::ACutIsDrawnByHandAndUndone() {

@@ -20,6 +20,8 @@ class IntraoperativeGuiTest : public QObject {
   void ByHandWithTheOutlineAndUndo();
   void TheCutIsProposedAcceptedRejectedAndUndone();
   void OneKeySwitchesTheOverlayOffAndPresetsChangeIt();
+  void TheStripIsReadFromTwoMetres();
+  void NothingCoversTheInstruments();
   void ACutIsDrawnByHandAndUndone();
   void ACutTooNearTheTumourRaisesTheAlarm();
   // RecordedSessionGuiTest.cxx: what is left of it.
