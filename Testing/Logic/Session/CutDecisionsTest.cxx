@@ -204,6 +204,25 @@ TEST(CutDecisions, AnEndThatIsLedOverTheRimIsSaid) {
   EXPECT_NE(both.find("Both ends"), std::string::npos) << both;
 }
 
+TEST(CutDecisions, ADrawnEndIsBelievedToAFeatureSpacing) {
+  const auto end_y = [](double drawn_to_y) {
+    BandRun run(true, true);
+    run.RunTo(3);
+    Points line = AcrossBand(kCrackX_mm);
+    for (Index i = 0; i < line.rows(); ++i)
+      line(i, 1) = -25.0 + (drawn_to_y + 25.0) * double(i) / double(line.rows() - 1);
+    EXPECT_EQ(run.session->DrawCut(line, Vec3(0, 0, -1), 0, nullptr), 0);
+    run.RunTo(kRestFrames + kCutFrames + 10);
+    const Points& now = run.State().cuts[0].line.points;
+    return now(now.rows() - 1, 1);
+  };
+  // The crack ends at y = 5, its features lie 4 to 5 mm apart.
+  EXPECT_NEAR(end_y(1.0), 1.0, 1e-9);
+  const double cut_on = end_y(-10.0);
+  EXPECT_GT(cut_on, -1.0);
+  EXPECT_LT(cut_on, 5.0);
+}
+
 TEST(CutDecisions, AStrokeOverTheImageIsALineAtRest) {
   BandRun run;
   run.RunTo(20);

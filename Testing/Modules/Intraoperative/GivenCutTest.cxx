@@ -61,6 +61,13 @@ double Share(Distances distances, double share) {
   return distances[static_cast<std::size_t>(share * (distances.size() - 1))];
 }
 
+constexpr double kAim_px = 3.0;  // 0.6 mm
+
+double Within_px(const Distances& distances, double most) {
+  const auto near = [&](double d) { return d <= most; };
+  return double(std::count_if(distances.begin(), distances.end(), near)) / double(distances.size());
+}
+
 /// The first pictures of a video.
 class FirstPictures : public FrameSource {
  public:
@@ -127,14 +134,16 @@ class GivenCut : public ::testing::Test {
   static void Print(const Distances& from_model, const Distances& from_truth) {
     for (const auto& [name, d] :
          {std::pair("model to truth", &from_model), std::pair("truth to model", &from_truth)})
-      std::printf("%s: median %.1f px, 90 %% within %.1f px, all within %.1f px\n", name,
-                  Share(*d, 0.5), Share(*d, 0.9), Share(*d, 1.0));
+      std::printf(
+          "%s: median %.1f px, 90 %% within %.1f px, all within %.1f px; within %.0f px %.0f %%\n",
+          name, Share(*d, 0.5), Share(*d, 0.9), Share(*d, 1.0), kAim_px,
+          100 * Within_px(*d, kAim_px));
   }
   Distances from_model_, from_truth_;  ///< px
 };
 
-// The aim is 3 px (0.6 mm). Half of the edge keeps it; docs/validation.md says what was measured
-// and why the tip does not.
+// Three quarters of the edge and more keep the aim; docs/validation.md says what was measured and
+// what the rest is. A line that is led on by itself shows in the largest distance.
 
 TEST_F(GivenCut, OpensWhereTheTrueOneDoesByGivenTracks) {
   const std::string study = PhantomCase::Study();
@@ -143,16 +152,20 @@ TEST_F(GivenCut, OpensWhereTheTrueOneDoesByGivenTracks) {
         ReadTracks(study + "/features_2d.csv", study + "/features_rest.csv"));
   }));
   for (const Distances* d : {&from_model_, &from_truth_}) {
-    EXPECT_LT(Share(*d, 0.5), 1.5);
-    EXPECT_LT(Share(*d, 0.9), 7.0);
+    EXPECT_LT(Share(*d, 0.5), 1.1);
+    EXPECT_LT(Share(*d, 0.9), 4.2);
+    EXPECT_LT(Share(*d, 1.0), 11.0);
+    EXPECT_GT(Within_px(*d, kAim_px), 0.8);
   }
 }
 
 TEST_F(GivenCut, OpensWhereTheTrueOneDoesInTheVideo) {
   ASSERT_NO_FATAL_FAILURE(Run(nullptr));
   for (const Distances* d : {&from_model_, &from_truth_}) {
-    EXPECT_LT(Share(*d, 0.5), 2.0);
-    EXPECT_LT(Share(*d, 0.9), 11.5);
+    EXPECT_LT(Share(*d, 0.5), 1.6);
+    EXPECT_LT(Share(*d, 0.9), 7.0);
+    EXPECT_LT(Share(*d, 1.0), 14.0);
+    EXPECT_GT(Within_px(*d, kAim_px), 0.7);
   }
 }
 
