@@ -46,9 +46,11 @@ void DoubtReturned(const FeatureTriangulation& t, const std::vector<char>& usabl
     if (evidence->absent[i] >= kLongAway) evidence->back_for[i] = 0;
     evidence->absent[i] = 0;
   }
+  const auto unsettled = [](int frames) { return frames < kSettledAfter; };
+  if (std::none_of(evidence->back_for.begin(), evidence->back_for.end(), unsettled)) return;
   for (std::size_t e = 0; e < t.edges.size(); ++e)
     for (const Index i : t.edges[e])
-      if (evidence->back_for[i] < kSettledAfter) jumps->witness[e] = 0;
+      if (unsettled(evidence->back_for[i])) jumps->witness[e] = 0;
 }
 
 std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pixels& current,
@@ -56,37 +58,43 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   const FeatureTriangulation& t = evidence->triangulation;
   const Index edges = static_cast<Index>(t.edges.size());
   const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
-  Eigen::VectorXd proportion(edges);
   if (evidence->last_mm.size() != edges) evidence->last_mm = Eigen::VectorXd::Zero(edges);
+  const auto magnitude = jumps.magnitude_mm.array();
+  // The error of extrapolating a fit grows with the distance.
+  const Eigen::ArrayXd spacings = (t.length_mm.array() / t.spacing_mm).max(1.0);
+  const Eigen::ArrayXd excess = magnitude - kMargin * evidence->learned.array() * motion;
+  const Eigen::ArrayXd beyond =
+      excess - (kNoiseFactor * jumps.noise_mm * spacings).max(kLeastExcess_mm);
+  // Beyond what noise alone makes of each pair.
+  Eigen::VectorXd proportion =
+      (magnitude - kNoiseJump * jumps.noise_mm * spacings).max(0.0) / motion;
   std::vector<int> seen(t.rest.rows(), 0), parted(t.rest.rows(), 0);
   std::vector<PartingEdge> candidates;
   for (Index e = 0; e < edges; ++e) {
-    const double magnitude = jumps.magnitude_mm[e];
-    const double excess = magnitude - kMargin * evidence->learned[e] * motion;
-    const double spacings = std::max(1.0, t.length_mm[e] / t.spacing_mm);
-    // The error of extrapolating a fit grows with the distance.
-    const bool exceeds =
-        excess > std::max(kLeastExcess_mm, kNoiseFactor * jumps.noise_mm * spacings);
-    const bool measured = magnitude >= 0.0;  // not seen: no evidence, neither way
+    const bool exceeds = beyond[e] > 0.0;
     bool parts = false, closes = false;
-    if (jumps.witness[e] && measured) {
-      const auto [l, m] = t.edges[e];
-      const Vec2 now = (current.row(m) - current.row(l)).transpose();
-      closes = !(now.dot(jumps.jump_mm.row(e).transpose()) > 0.0);
-      parts = exceeds && !closes;
-      for (Index i : {l, m}) ++seen[i];
-      if (exceeds)
-        for (Index i : {l, m}) ++parted[i];
+    if (magnitude[e] < 0.0) {  // not seen: no evidence, neither way
+      proportion[e] = 0.0;
+    } else {
+      evidence->last_mm[e] = magnitude[e];
+      if (jumps.witness[e]) {
+        const auto [l, m] = t.edges[e];
+        for (Index i : {l, m}) {
+          ++seen[i];
+          parted[i] += exceeds;
+        }
+        if (exceeds) {
+          const Vec2 now = (current.row(m) - current.row(l)).transpose();
+          parts = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
+          closes = !parts;
+        }
+      }
+      if (exceeds && !closes) proportion[e] = 0.0;
     }
     if (parts)
-      candidates.push_back({e, magnitude, excess});
+      candidates.push_back({e, magnitude[e], excess[e]});
     else
       evidence->streak[e] = 0;
-    // Beyond what noise alone makes of this pair.
-    proportion[e] = measured && (!exceeds || closes)
-                        ? std::max(0.0, magnitude - kNoiseJump * jumps.noise_mm * spacings) / motion
-                        : 0.0;
-    if (measured) evidence->last_mm[e] = magnitude;
   }
   // A feature that parts from nearly all of its neighbours is a wrong track, not tissue beside a
   // cut.
