@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace kerf {
 
@@ -12,7 +13,7 @@ void BandCholesky::SetProfile(std::vector<Index> first_block, Index room) {
   offset_.assign(1, 0);
   for (Index i = 0; i < Blocks(); ++i) offset_.push_back(offset_[i] + i - first_[i] + 1);
   const std::size_t size = 8 * static_cast<std::size_t>(offset_.back() + room * (Blocks() + room));
-  for (std::vector<F8>* blocks : {&matrix_, &factor_, &transposed_}) {
+  for (std::vector<F8>* blocks : {&matrix_, &factor_}) {
     blocks->clear();
     blocks->reserve(size);
   }
@@ -50,7 +51,6 @@ float BandCholesky::Factor(Index from_block) {
     scale_[row] = diagonal > 0.0f ? 1.0f / std::sqrt(diagonal) : 0.0f;
   }
   factor_.resize(matrix_.size());
-  transposed_.resize(matrix_.size());
   inverse_.resize(8 * static_cast<std::size_t>(blocks));
   inverse_transposed_.resize(inverse_.size());
   std::fill(inverse_.begin() + 8 * from_block, inverse_.end(), F8{});
@@ -77,9 +77,6 @@ float BandCholesky::Factor(Index from_block) {
           for (int k = 0; k <= c; ++k) x += sum[k] * inverse_[8 * j + k][c];
           target[c] = x;
         }
-        F8* transposed = transposed_.data() + (target - factor_.data());
-        for (int r = 0; r < 8; ++r)
-          for (int c = 0; c < 8; ++c) transposed[r][c] = target[c][r];
         continue;
       }
       // Dense Cholesky of the diagonal block; lost pivots drop their unknown.
@@ -109,7 +106,19 @@ float BandCholesky::Factor(Index from_block) {
         for (int r = 0; r < 8; ++r) inverse_transposed_[8 * i + r][c] = inverse[c][r];
     }
   }
+  ListColumns();
   return smallest;
+}
+
+void BandCholesky::ListColumns() {
+  below_begin_.assign(Blocks() + 1, 0);
+  for (Index i = 0; i < Blocks(); ++i)
+    for (Index j = first_[i]; j < i; ++j) ++below_begin_[j + 1];
+  std::partial_sum(below_begin_.begin(), below_begin_.end(), below_begin_.begin());
+  below_.resize(below_begin_.back());
+  std::vector<Index> next(below_begin_.begin(), below_begin_.end() - 1);
+  for (Index i = 0; i < Blocks(); ++i)
+    for (Index j = first_[i]; j < i; ++j) below_[next[j]++] = {i, offset_[i] + j - first_[i]};
 }
 
 void BandCholesky::Solve(float* x) const {
@@ -132,16 +141,17 @@ void BandCholesky::Solve(float* x) const {
     store(i, (result[0] + result[1]) + (result[2] + result[3]));
   }
   for (Index i = blocks; i-- > 0;) {
-    _mm256_store_ps(rest, (__m256)load(i));
+    // By columns: the blocks that the way there has read are read again, none transposed.
+    F8 sum[8] = {};
+    for (Index b = below_begin_[i]; b < below_begin_[i + 1]; ++b) {
+      const F8* columns = factor_.data() + 8 * static_cast<std::size_t>(below_[b].block);
+      const F8 values = load(below_[b].row);
+      for (int c = 0; c < 8; ++c) sum[c] += columns[c] * values;
+    }
+    _mm256_store_ps(rest, (__m256)(load(i) - simd::Sums(sum)));
     F8 result[4] = {};
     apply(inverse_transposed_.data() + 8 * i, rest, result, 8);
     store(i, (result[0] + result[1]) + (result[2] + result[3]));
-    const F8* row = transposed_.data() + 8 * static_cast<std::size_t>(offset_[i]);
-    for (Index j = first_[i]; j < i; ++j, row += 8) {
-      F8 sum[4] = {};
-      apply(row, x + 8 * i, sum, 8);
-      store(j, load(j) - ((sum[0] + sum[1]) + (sum[2] + sum[3])));
-    }
   }
   for (Index i = 0; i < 8 * blocks; ++i) x[i] *= scale_[i];
 }

@@ -38,12 +38,17 @@ class BandCholesky {
   void Solve(float* x) const;
 
  private:
+  void ListColumns();
   std::vector<Index> first_, offset_{0};  ///< per block row: first block column; start, in blocks
   std::vector<simd::F8> matrix_;          ///< [column][row in block], lower triangle by block rows
   std::vector<simd::F8> factor_;          ///< L likewise
-  std::vector<simd::F8> transposed_;      ///< its blocks likewise, [row][column in block]
   std::vector<simd::F8> inverse_;         ///< L_II⁻¹, [column][row in block]
   std::vector<simd::F8> inverse_transposed_;
+  struct Below {
+    Index row, block;  ///< block row; place of the block
+  };
+  std::vector<Below> below_;  ///< blocks below the diagonal, by block columns
+  std::vector<Index> below_begin_;
   std::vector<float> scale_;
 };
 

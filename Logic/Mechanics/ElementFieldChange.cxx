@@ -6,6 +6,10 @@
 #include "Mechanics/ElementField.h"
 
 namespace kerf {
+namespace {
+/// Tetrahedra that a thread looks at at a time.
+constexpr Index kTetChunk = 8192;
+}  // namespace
 
 void ElementField::LayOutSlots() {
   // Chunks have room to grow by a few cuts; if one outgrew it, all move.
@@ -77,30 +81,26 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
   Patch patch;
   RenumberVertices(change, &patch);
   // Only tetrahedra at new vertices can have other corners than before.
-  std::vector<char> is_new_vertex(mesh.VertexCount(), 0), is_kept(mesh.TetCount(), 0);
+  std::vector<char> is_new_vertex(mesh.VertexCount(), 0);
   for (Index inner : patch.new_vertices) is_new_vertex[outer_of_inner_[inner]] = 1;
   // What becomes of each tetrahedron of before: two bits beside its new number, so that a chunk has
   // one place to look at.
   enum : Index { kIsParent = 1, kIsChanged = 2, kNumber = 4 };
   std::vector<Index> fate(change.kept_tet.size());
-  for (std::size_t t = 0; t < fate.size(); ++t) {
-    const Index kept = change.kept_tet[t];
-    if (kept < 0) {
-      fate[t] = kIsChanged;
-      continue;
+  workers.ForChunks(static_cast<Index>(fate.size()), kTetChunk, [&](Index begin, Index end) {
+    for (Index t = begin; t < end; ++t) {
+      const Index kept = change.kept_tet[t];
+      if (kept < 0) {
+        fate[t] = kIsChanged;
+        continue;
+      }
+      const Index* corner = mesh.tets.data() + 4 * kept;
+      const bool other_corners = is_new_vertex[corner[0]] | is_new_vertex[corner[1]] |
+                                 is_new_vertex[corner[2]] | is_new_vertex[corner[3]];
+      fate[t] = kNumber * kept + (other_corners ? kIsChanged : 0);
     }
-    is_kept[kept] = 1;
-    const Index* corner = mesh.tets.data() + 4 * kept;
-    const bool other_corners = is_new_vertex[corner[0]] | is_new_vertex[corner[1]] |
-                               is_new_vertex[corner[2]] | is_new_vertex[corner[3]];
-    fate[t] = kNumber * kept + (other_corners ? kIsChanged : 0);
-  }
-  std::vector<Index> fresh_tets;
-  for (Index t = 0; t < mesh.TetCount(); ++t)
-    if (!is_kept[t]) {
-      fresh_tets.push_back(t);
-      fate[change.parent_tet[t]] |= kIsParent;
-    }
+  });
+  for (Index t : change.new_tets) fate[change.parent_tet[t]] |= kIsParent;
   // New tetrahedra join the chunk of their parent.
   std::vector<char> rebuilt(chunks_.size(), 0);
   std::vector<std::vector<std::pair<Index, Index>>> parents(chunks_.size());  // parent, its lane
@@ -122,7 +122,7 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
     std::sort(parents[c].begin(), parents[c].end());
   });
   std::vector<std::pair<Index, Index>> children;  // parent, child
-  for (Index t : fresh_tets) children.emplace_back(change.parent_tet[t], t);
+  for (Index t : change.new_tets) children.emplace_back(change.parent_tet[t], t);
   std::sort(children.begin(), children.end());
   for (std::size_t c = 0; c < chunks_.size(); ++c)
     if (rebuilt[c]) {
@@ -147,41 +147,44 @@ ElementField::Patch ElementField::Apply(const Workers& workers, const TetMesh& m
 void ElementField::RebuildChunk(const TetMesh& mesh, const Material& material,
                                 const std::vector<std::pair<Index, Index>>& added,
                                 Chunk* chunk) const {
-  Chunk fresh;
-  fresh.slot_begin = chunk->slot_begin;
-  fresh.slot_room = chunk->slot_room;
-  const std::size_t kept = static_cast<std::size_t>(
-      std::count_if(chunk->tet.begin(), chunk->tet.end(), [](Index t) { return t >= 0; }));
-  const std::size_t size = kept + added.size();
-  fresh.tet.reserve(size);
-  fresh.blocks.resize((size + 7) / 8);
-  fresh.states.resize(fresh.blocks.size());
-  for (std::size_t lane = 0; lane < chunk->tet.size(); ++lane) {
-    if (chunk->tet[lane] < 0) continue;
-    const std::size_t i = fresh.tet.size();
-    // Whole blocks before the first tetrahedron that is gone stay as they are.
-    if (i == lane && lane % 8 == 0) {
-      fresh.blocks[i / 8] = chunk->blocks[i / 8];
-      fresh.states[i / 8] = chunk->states[i / 8];
-    } else if (i != lane) {
-      CopyLane(chunk->blocks[lane / 8], chunk->states[lane / 8], static_cast<int>(lane % 8),
-               static_cast<int>(i % 8), &fresh.blocks[i / 8], &fresh.states[i / 8]);
-    }
-    fresh.tet.push_back(chunk->tet[lane]);
+  // New tetrahedra take the places of those gone, which may be their parents; the others stay.
+  std::vector<Mat3> rotations;
+  for (const auto& [t, lane] : added)
+    rotations.push_back(LaneRotation(chunk->states[lane / 8], static_cast<int>(lane % 8)));
+  std::vector<Index>& tets = chunk->tet;
+  const auto resize = [&](std::size_t size) {
+    tets.resize(size, -1);
+    chunk->blocks.resize((size + 7) / 8);
+    chunk->states.resize(chunk->blocks.size());
+  };
+  std::size_t place = 0;
+  for (std::size_t n = 0; n < added.size(); ++n) {
+    while (place < tets.size() && tets[place] >= 0) ++place;
+    if (place == tets.size()) resize(place + added.size() - n);
+    const int lane = static_cast<int>(place % 8);
+    tets[place] = added[n].first;
+    SetLane(MakeElement(mesh, material, tets[place]), lane, &chunk->blocks[place / 8]);
+    SetLaneRotation(rotations[n], chunk->blocks[place / 8], lane, &chunk->states[place / 8]);
   }
-  for (const auto& [t, lane] : added) {
-    const std::size_t i = fresh.tet.size();
-    SetLane(MakeElement(mesh, material, t), static_cast<int>(i % 8), &fresh.blocks[i / 8]);
-    SetLaneRotation(LaneRotation(chunk->states[lane / 8], lane % 8), fresh.blocks[i / 8],
-                    static_cast<int>(i % 8), &fresh.states[i / 8]);
-    fresh.tet.push_back(t);
+  std::size_t size = tets.size();
+  for (; place < size; ++place) {
+    if (tets[place] >= 0) continue;
+    while (size > place && tets[size - 1] < 0) --size;
+    if (size == place) break;
+    --size;
+    tets[place] = tets[size];
+    CopyLane(chunk->blocks[size / 8], chunk->states[size / 8], static_cast<int>(size % 8),
+             static_cast<int>(place % 8), &chunk->blocks[place / 8], &chunk->states[place / 8]);
   }
+  resize(size);
+  chunk->stale = true;
   if (size > 0) {
     std::vector<Index> scratch(VertexCount(), -1);
-    NumberChunk(mesh, &scratch, &fresh);
-    MeasureChunk(&fresh);
+    NumberChunk(mesh, &scratch, chunk);
+  } else {
+    chunk->vertices.clear();
   }
-  *chunk = std::move(fresh);
+  MeasureChunk(chunk);
 }
 
 }  // namespace kerf

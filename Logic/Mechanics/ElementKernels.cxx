@@ -205,14 +205,6 @@ void SetLaneRotation(const Mat3& R, const ElementBlock& block, int lane, Element
   }
 }
 
-Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane) {
-  Eigen::Matrix<float, 3, 4> g;
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < 3; ++i) g(i, a + 1) = state.RB[3 * a + i][lane];
-  g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
-  return g;
-}
-
 Mat3 LaneRotation(const ElementState& state, int lane) {
   return Eigen::Quaterniond(state.q[0][lane], state.q[1][lane], state.q[2][lane], state.q[3][lane])
       .toRotationMatrix();

@@ -25,8 +25,6 @@ void SetLane(const CorotationalElement& element, int lane, ElementBlock* block);
 /// @param block its lane is set
 void SetLaneRotation(const Mat3& R, const ElementBlock& block, int lane, ElementState* state);
 Mat3 LaneRotation(const ElementState& state, int lane);
-/// R ∇N of all four corners, 1/mm, as columns.
-Eigen::Matrix<float, 3, 4> LaneGradients(const ElementState& state, int lane);
 /// A quarter of the volume of each tetrahedron, mm³.
 simd::F8 QuarterVolumes(const ElementBlock& block);
 void CopyLane(const ElementBlock& from, const ElementState& from_state, int from_lane, int lane,

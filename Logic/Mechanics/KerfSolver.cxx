@@ -55,7 +55,7 @@ void KerfSolver::Reset(const TetMesh& mesh, const Material& material) {
   renumbered_ = true;
   modes_.Clear();
   tip_.clear();
-  was_cut_ = false;
+  was_cut_ = coarse_behind_ = false;
   Reserve(field_.VertexCount() + field_.VertexCount() / kRoomToGrow);
 }
 
@@ -89,21 +89,45 @@ void KerfSolver::Apply(const TopologyChange& change) {
 }
 
 void KerfSolver::Follow(const TopologyChange& change) {
-  const ElementField::Patch patch = field_.Apply(workers_, change.mesh, material_, change);
-  SetRest(change.mesh);
-  preconditioner_.FollowChunks(workers_, rest_, field_, patch);
+  FollowCoarse();
+  patch_ = field_.Apply(workers_, change.mesh, material_, change);
+  const auto follow_rest = [&] {
+    SetRest(change.mesh);
+    preconditioner_.FollowVertices(workers_, rest_, field_, patch_);
+  };
   const auto follow_vertices = [&] {
-    MapInner(change, patch);
+    MapInner(change, patch_);
     MeasureComponents();
     mesh_ = change.mesh;
     // The caller maps its positions in the same way, so the next call recognizes the pose.
     if (last_positions_.rows() > 0) last_positions_ = change.MapVertexField(last_positions_);
   };
-  workers_.Both([&] { preconditioner_.FollowNodes(field_, patch); }, follow_vertices);
-  preconditioner_.FollowSplits(workers_, field_);
-  tip_.insert(tip_.end(), patch.new_vertices.begin(), patch.new_vertices.end());
-  tip_.insert(tip_.end(), patch.origins.begin(), patch.origins.end());
-  was_cut_ = renumbered_ = true;
+  workers_.Both(follow_rest, follow_vertices);
+  tip_.insert(tip_.end(), patch_.new_vertices.begin(), patch_.new_vertices.end());
+  tip_.insert(tip_.end(), patch_.origins.begin(), patch_.origins.end());
+  was_cut_ = renumbered_ = coarse_behind_ = true;
+}
+
+void KerfSolver::FollowCoarse() {
+  if (coarse_behind_) preconditioner_.FollowCoarse(workers_, field_, patch_);
+  coarse_behind_ = false;
+}
+
+bool KerfSolver::Prepare() {
+  const auto follow_coarse = [&] {
+    FollowCoarse();
+    preconditioner_.UpdateCoarse(workers_, field_, loads_, anchor_);
+  };
+  bool moved = false;
+  if (tip_.empty()) {
+    follow_coarse();
+  } else {
+    // The tip takes one thread and the blocks of the diagonal alone.
+    preconditioner_.UpdateDiagonal(workers_, field_, loads_);
+    workers_.Both([&] { moved = FreeTip(); }, follow_coarse);
+  }
+  preconditioner_.UpdateDiagonal(workers_, field_, loads_);
+  return moved;
 }
 
 void KerfSolver::MapInner(const TopologyChange& change, const ElementField::Patch& patch) {
@@ -235,8 +259,7 @@ void KerfSolver::Minimize(const Springs& springs, const Fixations& fixations,
   double loads_nJ = options.inertia ? loads_.Evaluate(world_from_inner_, x_)
                                     : loads_.FitRigid(x_, &world_from_inner_);
   SetAnchors(*positions, velocities, options);
-  preconditioner_.Update(workers_, field_, loads_, anchor_);
-  if (FreeTip()) loads_nJ = loads_.Evaluate(world_from_inner_, x_);
+  if (Prepare()) loads_nJ = loads_.Evaluate(world_from_inner_, x_);
   elastic_nJ_ = Linearize(same);
   double anchors_nJ = AnchorEnergy();
 

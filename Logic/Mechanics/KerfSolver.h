@@ -77,6 +77,11 @@ class KerfSolver final : public ElasticSolver {
   /// What a cut has just freed is solved for by itself before anything else. @return whether
   /// anything moved
   bool FreeTip();
+  /// Brings the preconditioner up to date and, beside its coarse level, frees the tip of a cut.
+  /// @return whether anything moved
+  bool Prepare();
+  /// The coarse level follows the last change of topology.
+  void FollowCoarse();
   /// Where a few vertices alone are out of balance, theirs is solved for first. @return whether
   /// anything moved
   bool CorrectPatch();
@@ -107,6 +112,8 @@ class KerfSolver final : public ElasticSolver {
   double elastic_nJ_ = 0.0;
   double lowest_ratio_ =
       0.3;  ///< lower end of the spectrum of M⁻¹H as the last linear solve saw it
+  ElementField::Patch patch_;   ///< the last change of topology
+  bool coarse_behind_ = false;  ///< the coarse level has still to follow it
   std::vector<Index> tip_;  ///< inner vertices that came since the last call, with their origins
   bool renumbered_ = true;
   bool was_cut_ = false;  ///< since the reset: only then are modes looked for

@@ -17,7 +17,7 @@ constexpr double kOffMm = 0.025;
 constexpr Index kMostOff = 40;
 constexpr int kPatchRings = 2;
 /// What a cut has freed is a patch of as many rings as are not more than this part of the mesh.
-constexpr Index kLeastShare = 12;
+constexpr Index kLeastShare = 9;
 /// Relative reduction of the energy norm of the residual per linear solve.
 constexpr double kCgReduction = 0.003;
 /// Of rᵀM⁻¹r: what is left then is rounding, whatever the goal.

@@ -40,6 +40,31 @@ inline float Sum(F8 a) {
   return _mm_cvtss_f32(_mm_add_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));
 }
 
+/// Lane k is the sum of the lanes of a[k].
+inline F8 Sums(const F8 a[8]) {
+  const auto add = [](__m256 p, __m256 q) { return _mm256_hadd_ps(p, q); };
+  const __m256 low = add(add((__m256)a[0], (__m256)a[1]), add((__m256)a[2], (__m256)a[3]));
+  const __m256 high = add(add((__m256)a[4], (__m256)a[5]), add((__m256)a[6], (__m256)a[7]));
+  return (F8)_mm256_permute2f128_ps(low, high, 0x20) + (F8)_mm256_permute2f128_ps(low, high, 0x31);
+}
+/// Lane k of row i becomes lane i of row k.
+inline void Transpose(F8 a[8]) {
+  __m256 pair[8], four[8];
+  for (int i = 0; i < 8; i += 2) {
+    pair[i] = _mm256_unpacklo_ps((__m256)a[i], (__m256)a[i + 1]);
+    pair[i + 1] = _mm256_unpackhi_ps((__m256)a[i], (__m256)a[i + 1]);
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int k = 0; k < 2; ++k) {
+      four[i + 2 * k] = _mm256_shuffle_ps(pair[i + k], pair[i + k + 2], 0x44);
+      four[i + 2 * k + 1] = _mm256_shuffle_ps(pair[i + k], pair[i + k + 2], 0xEE);
+    }
+  for (int k = 0; k < 4; ++k) {
+    a[k] = (F8)_mm256_permute2f128_ps(four[k], four[k + 4], 0x20);
+    a[k + 4] = (F8)_mm256_permute2f128_ps(four[k], four[k + 4], 0x31);
+  }
+}
+
 inline __m128 Load(const F4& v) { return _mm_load_ps(&v.x); }
 inline void Store(F4* v, __m128 value) { _mm_store_ps(&v->x, value); }
 inline float Dot3(__m128 a, __m128 b) { return _mm_cvtss_f32(_mm_dp_ps(a, b, 0x71)); }

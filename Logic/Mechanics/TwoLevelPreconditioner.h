@@ -10,17 +10,19 @@ namespace kerf {
 class TwoLevelPreconditioner {
  public:
   void Reset(const Workers& workers, const std::vector<Vec3>& rest, const ElementField& field);
-  /// Following a change of topology takes three steps: what is done by vertices and rebuilt chunks
-  /// (shared among threads), what hangs together at nodes (not shared, beside other work), and
-  /// what nodes that were split have in common (shared).
-  void FollowChunks(const Workers& workers, const std::vector<Vec3>& rest,
-                    const ElementField& field, const ElementField::Patch& patch);
-  void FollowNodes(const ElementField& field, const ElementField::Patch& patch);
-  void FollowSplits(const Workers& workers, const ElementField& field);
+  /// Following a change of topology takes two steps: vertices and the diagonal, then the coarse
+  /// level, for which there is time until UpdateCoarse.
+  void FollowVertices(const Workers& workers, const std::vector<Vec3>& rest,
+                      const ElementField& field, const ElementField::Patch& patch);
+  void FollowCoarse(const Workers& workers, const ElementField& field,
+                    const ElementField::Patch& patch);
+  /// Inverts blocks of the diagonal that are out of date.
+  void UpdateDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads);
   /// Loads or anchors may have changed: factors again if they differ enough from those factored (or
-  /// after a refresh).
-  void Update(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
-              const std::vector<float>& anchor);
+  /// after a refresh). All of the diagonal is out of date then; Smooth goes on with the old one, so
+  /// it may be called meanwhile.
+  void UpdateCoarse(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
+                    const std::vector<float>& anchor);
 
   /// D⁻¹ r at a vertex.
   __m128 Smooth(Index inner, __m128 r) const {
@@ -54,18 +56,16 @@ class TwoLevelPreconditioner {
   struct Inverse {
     simd::F4 x, y, z;  ///< columns
   };
-  using Diagonal = std::array<float, 6>;  ///< xx yy zz yz xz xy
   CoarseSpace coarse_;
   void RefreshDiagonal(const ElementField& field, Index chunk);
-  /// @param stale by inner vertex
-  void InvertDiagonal(const Workers& workers, const ElementField& field, const FeatureLoads& loads,
-                      const std::vector<char>& stale);
-  std::vector<std::vector<Diagonal>> diagonal_;  ///< elastic part by chunk and chunk vertex
+  /// Elastic part by chunk and chunk vertex: xx yy zz yz xz xy 0 0.
+  std::vector<std::vector<simd::F8>> diagonal_;
   std::vector<Inverse> inverse_;
   std::vector<float> factored_anchor_;  ///< by inner vertex
   std::vector<float> factored_;  ///< likewise, with the loads' stiffness, copies' at their origin
   std::vector<Index> origin_;    ///< by inner vertex: what it is a copy of, since the reset
-  std::vector<Index> diagonal_stale_;                                ///< chunks
+  std::vector<Index> diagonal_stale_;  ///< chunks
+  bool all_stale_ = true;
   bool was_cut_ = false;                                             ///< since the last update
   CoarseSpace::Change coarse_change_ = CoarseSpace::Change::kOther;  ///< since it was factored
 };

@@ -144,6 +144,79 @@ TEST_F(Fields, ACopyStemsFromTheParentOfAllItsWeight) {
   EXPECT_EQ(patch.origins, std::vector<Index>{original});
 }
 
+// Chunks that lose tetrahedra, get others in their places, more than that, or both.
+TEST_F(Fields, AChunkChangedInPlaceHasTheForcesOfTheNewMesh) {
+  const Index n = mesh_.VertexCount();
+  const std::set<Index> quartered = {0, 17, 18, 901, 902, 903};
+  TopologyChange change;
+  change.changed = true;
+  change.kept_tet.assign(mesh_.TetCount(), -1);
+  std::vector<std::array<Index, 4>> tets;
+  std::vector<Vec3> middles;
+  const auto add = [&](Index parent, const std::array<Index, 4>& corners) {
+    change.parent_tet.push_back(parent);
+    tets.push_back(corners);
+  };
+  for (Index t = 0; t < mesh_.TetCount(); ++t) {
+    const auto row = mesh_.tets.row(t);
+    const std::array<Index, 4> corners = {row[0], row[1], row[2], row[3]};
+    if (quartered.count(t) > 0) {
+      Vec3 middle = Vec3::Zero();
+      for (const Index v : corners) middle += 0.25 * mesh_.rest.row(v).transpose();
+      for (int a = 0; a < 4; ++a) {
+        change.new_tets.push_back(static_cast<Index>(tets.size()));
+        std::array<Index, 4> part = corners;
+        part[a] = n + static_cast<Index>(middles.size());
+        add(t, part);
+      }
+      change.vertex_parents.push_back(corners);
+      middles.push_back(middle);
+    } else if (t >= 200 || t % 5 != 3) {  // the others are gone
+      change.kept_tet[t] = static_cast<Index>(tets.size());
+      add(t, corners);
+    }
+  }
+  const Index count = n + static_cast<Index>(middles.size());
+  change.mesh.rest.resize(count, 3);
+  change.mesh.rest.topRows(n) = mesh_.rest;
+  change.vertex_weights = Weights4::Constant(count, 4, 0.25);
+  change.vertex_weights.topRows(n).setZero();
+  change.vertex_weights.topRows(n).col(0).setOnes();
+  for (Index v = n; v < count; ++v) change.mesh.rest.row(v) = middles[v - n].transpose();
+  change.vertex_parents.insert(change.vertex_parents.begin(), n, {});
+  for (Index v = 0; v < n; ++v) change.vertex_parents[v] = {v, v, v, v};
+  change.mesh.tets.resize(static_cast<Index>(tets.size()), 4);
+  for (std::size_t t = 0; t < tets.size(); ++t)
+    for (int a = 0; a < 4; ++a) change.mesh.tets(static_cast<Index>(t), a) = tets[t][a];
+  change.mesh.region.assign(tets.size(), mesh_.region[0]);
+
+  field_.Apply(workers_, change.mesh, SoftTissue(), change);
+  std::set<Index> held;
+  for (const ElementField::Chunk& chunk : field_.Chunks())
+    for (Index t : chunk.tet) EXPECT_TRUE(held.insert(t).second) << t;
+  EXPECT_EQ(held.size(), tets.size());
+  ElementField anew;
+  anew.Reset(change.mesh, SoftTissue());
+  const auto linearize = [&](ElementField* field) {
+    std::vector<simd::F4> x(field->VertexCount());
+    for (Index v = 0; v < count; ++v) {
+      const Vec3 at = change.mesh.rest.row(v).transpose();
+      x[field->Inner(v)] = {static_cast<float>(1.05 * at.x()), static_cast<float>(at.y()),
+                            static_cast<float>(at.z() + 0.002 * at.x() * at.x()), 0.0f};
+    }
+    return field->Linearize(workers_, x.data(), false);
+  };
+  const double energy = linearize(&field_);
+  EXPECT_NEAR(energy, linearize(&anew), 1e-4 * energy);
+  const std::vector<double> volume = field_.LumpedVolumes(), expected = anew.LumpedVolumes();
+  for (Index v = 0; v < count; ++v) {
+    EXPECT_NEAR(volume[field_.Inner(v)], expected[anew.Inner(v)], 1e-4 * expected[anew.Inner(v)]);
+    simd::F4 d;
+    simd::Store(&d, _mm_sub_ps(field_.GradientAt(field_.Inner(v)), anew.GradientAt(anew.Inner(v))));
+    EXPECT_LT(std::abs(d.x) + std::abs(d.y) + std::abs(d.z), 1.0f) << v;
+  }
+}
+
 TEST_F(Fields, AnExcerptHasTheForcesOfTheWholeAtItsVertices) {
   const std::vector<Index> vertices = field_.Surroundings({41}, 2);
   ElementField::Excerpt excerpt;
@@ -177,7 +250,8 @@ TEST_F(Fields, APatchComesToRestAndNothingElseMoves) {
   for (Index v = 0; v < mesh_.VertexCount(); ++v)
     rest[field_.Inner(v)] = mesh_.rest.row(v).transpose();
   preconditioner.Reset(workers_, rest, field_);
-  preconditioner.Update(workers_, field_, loads, anchor);
+  preconditioner.UpdateCoarse(workers_, field_, loads, anchor);
+  preconditioner.UpdateDiagonal(workers_, field_, loads);
   const auto residual = [&] {
     std::vector<simd::F4> r(field_.VertexCount());
     for (Index v = 0; v < field_.VertexCount(); ++v)
@@ -217,7 +291,8 @@ TEST_F(Fields, APatchFollowsItsAnchors) {
   const std::vector<float> anchor(field_.VertexCount(), 1e8f);
   std::vector<double> anchor_at = x_;
   for (std::size_t i = 0; i < anchor_at.size(); i += 3) anchor_at[i] += 1.0;
-  preconditioner.Update(workers_, field_, loads, anchor);
+  preconditioner.UpdateCoarse(workers_, field_, loads, anchor);
+  preconditioner.UpdateDiagonal(workers_, field_, loads);
   const std::vector<Index> patch = field_.Surroundings({41}, 2);
   const std::vector<double> before = x_;
   PatchSolver solver;

@@ -207,7 +207,7 @@ TEST(SolverProperties, MemoryIsWhatIsStated) {
     solver->Reset(mesh, SoftTissue());
     solver->Solve(springs, {}, options, &positions, nullptr);
     const double bytes = static_cast<double>(BytesInUse()) - static_cast<double>(before);
-    EXPECT_LT(bytes, 6.2e6 + 340.0 * mesh.TetCount()) << mesh.TetCount();
+    EXPECT_LT(bytes, 4.9e6 + 340.0 * mesh.TetCount()) << mesh.TetCount();
     EXPECT_GT(bytes, 128.0 * mesh.TetCount()) << "not what the blocks alone need";
   }
 }
