@@ -17,6 +17,7 @@ constexpr double kNoiseFactor = 5.0;  // excess over the measurement's own noise
 constexpr double kNoiseJump = 3.0;    // jumps up to so many σ teach nothing
 constexpr int kStreak = 2;
 constexpr double kSolitary = 0.65;
+constexpr Index kTogether = 256;  // pairs, whose values stay in the nearest cache
 constexpr double kRefusedFactor = 2.0, kRefusedMore_mm = 2.0;
 
 }  // namespace
@@ -59,42 +60,47 @@ std::vector<PartingEdge> UpdateEvidence(const DisplacementJumps& jumps, const Pi
   const Index edges = static_cast<Index>(t.edges.size());
   const double motion = std::max(jumps.motion_mm, kLeastMotion_mm);
   if (evidence->last_mm.size() != edges) evidence->last_mm = Eigen::VectorXd::Zero(edges);
-  const auto magnitude = jumps.magnitude_mm.array();
-  // The error of extrapolating a fit grows with the distance.
-  const Eigen::ArrayXd spacings = (t.length_mm.array() / t.spacing_mm).max(1.0);
-  const Eigen::ArrayXd excess = magnitude - kMargin * evidence->learned.array() * motion;
-  const Eigen::ArrayXd beyond =
-      excess - (kNoiseFactor * jumps.noise_mm * spacings).max(kLeastExcess_mm);
-  // Beyond what noise alone makes of each pair.
-  Eigen::VectorXd proportion =
-      (magnitude - kNoiseJump * jumps.noise_mm * spacings).max(0.0) / motion;
+  Eigen::VectorXd proportion(edges);
   std::vector<int> seen(t.rest.rows(), 0), parted(t.rest.rows(), 0);
   std::vector<PartingEdge> candidates;
-  for (Index e = 0; e < edges; ++e) {
-    const bool exceeds = beyond[e] > 0.0;
-    bool parts = false, closes = false;
-    if (magnitude[e] < 0.0) {  // not seen: no evidence, neither way
-      proportion[e] = 0.0;
-    } else {
-      evidence->last_mm[e] = magnitude[e];
-      if (jumps.witness[e]) {
-        const auto [l, m] = t.edges[e];
-        for (Index i : {l, m}) {
-          ++seen[i];
-          parted[i] += exceeds;
+  for (Index begin = 0; begin < edges; begin += kTogether) {
+    const Index n = std::min(kTogether, edges - begin);
+    using Some = Eigen::Array<double, Eigen::Dynamic, 1, 0, kTogether, 1>;
+    const auto magnitude = jumps.magnitude_mm.segment(begin, n).array();
+    // The error of extrapolating a fit grows with the distance.
+    const Some spacings = (t.length_mm.segment(begin, n).array() / t.spacing_mm).max(1.0);
+    const Some excess = magnitude - kMargin * evidence->learned.segment(begin, n).array() * motion;
+    const Some beyond = excess - (kNoiseFactor * jumps.noise_mm * spacings).max(kLeastExcess_mm);
+    // Beyond what noise alone makes of each pair.
+    proportion.segment(begin, n) =
+        (magnitude - kNoiseJump * jumps.noise_mm * spacings).max(0.0) / motion;
+    for (Index i = 0; i < n; ++i) {
+      const Index e = begin + i;
+      const bool exceeds = beyond[i] > 0.0;
+      bool parts = false, closes = false;
+      if (magnitude[i] < 0.0) {  // not seen: no evidence, neither way
+        proportion[e] = 0.0;
+      } else {
+        evidence->last_mm[e] = magnitude[i];
+        if (jumps.witness[e]) {
+          const auto [l, m] = t.edges[e];
+          for (Index k : {l, m}) {
+            ++seen[k];
+            parted[k] += exceeds;
+          }
+          if (exceeds) {
+            const Vec2 now = (current.row(m) - current.row(l)).transpose();
+            parts = now.dot(jumps.Jump_mm(t, e)) > 0.0;
+            closes = !parts;
+          }
         }
-        if (exceeds) {
-          const Vec2 now = (current.row(m) - current.row(l)).transpose();
-          parts = now.dot(jumps.jump_mm.row(e).transpose()) > 0.0;
-          closes = !parts;
-        }
+        if (exceeds && !closes) proportion[e] = 0.0;
       }
-      if (exceeds && !closes) proportion[e] = 0.0;
+      if (parts)
+        candidates.push_back({e, magnitude[i], excess[i]});
+      else
+        evidence->streak[e] = 0;
     }
-    if (parts)
-      candidates.push_back({e, magnitude[e], excess[e]});
-    else
-      evidence->streak[e] = 0;
   }
   // A feature that parts from nearly all of its neighbours is a wrong track, not tissue beside a
   // cut.

@@ -43,7 +43,7 @@ FittedLine FitCutLine(const std::vector<PartingEdge>& parting, const std::vector
     const auto [l, m] = t.edges[p.edge];
     middle[i] = 0.5 * (t.rest.row(l) + t.rest.row(m)).transpose();
     weight[i] = std::min(p.excess_mm, 5.0) / std::pow(std::max(t.length_mm[p.edge], 1.0), 2);
-    Vec2 jump = jumps.jump_mm.row(p.edge).transpose();
+    Vec2 jump = jumps.Jump_mm(t, p.edge);
     if (jump.dot(jump_sum) < 0.0) jump = -jump;
     jump_sum += weight[i] * jump.normalized();
     origin += weight[i] * middle[i];

@@ -184,34 +184,25 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
 DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& current,
                                const std::vector<char>& usable) {
   const Index n = static_cast<Index>(t.rest.rows()), edges = static_cast<Index>(t.edges.size());
-  const Pixels displacement = current - t.rest;
-  std::vector<Mat2> gradient(n, Mat2::Zero());
+  DisplacementJumps out;
+  out.displacement_mm = current - t.rest;
+  out.gradient.assign(n, Mat2::Zero());
   std::vector<std::uint64_t> seen(n, 0);  // of near[l], as in `between`
   tbb::parallel_for(tbb::blocked_range<Index>(0, n, 32), [&](const auto& range) {
     for (Index l = range.begin(); l < range.end(); ++l) {
       if (!usable[l] || t.near[l].empty()) continue;
-      gradient[l] = LocalGradient(t, displacement, usable, l);
+      out.gradient[l] = LocalGradient(t, out.displacement_mm, usable, l);
       for (std::size_t k = 0; k < t.near[l].size(); ++k)
         seen[l] |= std::uint64_t(usable[t.near[l][k]] != 0) << k;
     }
   });
-  DisplacementJumps out;
-  out.jump_mm.resize(edges, 2);
   out.magnitude_mm.resize(edges);
   out.witness.resize(edges);
-  const auto smooth_over = [&](Index e) -> Vec2 {
-    const auto [l, m] = t.edges[e];
-    const Vec2 dx = (t.rest.row(m) - t.rest.row(l)).transpose();
-    return 0.5 * (gradient[l] + gradient[m]) * dx;
-  };
   tbb::parallel_for(tbb::blocked_range<Index>(0, edges, 1024), [&](const auto& range) {
     for (Index e = range.begin(); e < range.end(); ++e) {
       const auto [l, m] = t.edges[e];
       const bool measured = usable[l] && usable[m];
-      Vec2 jump = Vec2::Zero();
-      if (measured) jump = (displacement.row(m) - displacement.row(l)).transpose() - smooth_over(e);
-      out.jump_mm.row(e) = jump.transpose();
-      out.magnitude_mm[e] = measured ? jump.norm() : -1.0;
+      out.magnitude_mm[e] = measured ? out.Jump_mm(t, e).norm() : -1.0;
       out.witness[e] = measured && (t.between[e] & seen[l]) == 0;
     }
   });
@@ -219,7 +210,7 @@ DisplacementJumps MeasureJumps(const FeatureTriangulation& t, const Pixels& curr
   for (Index e = 0; e < edges; ++e) {
     if (!out.witness[e]) continue;
     magnitudes.push_back(out.magnitude_mm[e] / std::max(1.0, t.length_mm[e] / t.spacing_mm));
-    motions.push_back(smooth_over(e).norm());
+    motions.push_back(out.Smooth_mm(t, e).norm());
   }
   out.noise_mm = 1.4826 * Median(std::move(magnitudes));
   out.motion_mm = Median(std::move(motions));

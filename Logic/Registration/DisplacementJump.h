@@ -43,12 +43,25 @@ FeatureTriangulation TriangulateFeatures(const Points& rest_camera, const std::v
 /// its opening. A monocular analogue of the second observation of the paper ("increases much more
 /// than the average") that needs no model in between.
 struct DisplacementJumps {
-  Pixels jump_mm;                ///< E×2, lateral; 0 where a feature is unusable
-  Eigen::VectorXd magnitude_mm;  ///< E, −1 where a feature is unusable
+  Pixels displacement_mm;                 ///< N×2, lateral, of the features since rest
+  std::vector<Eigen::Matrix2d> gradient;  ///< N, of the displacement, on each feature's own side
+  Eigen::VectorXd magnitude_mm;           ///< E, −1 where a feature is unusable
   std::vector<char> witness;  ///< E, hardly any seen feature lies between the two: they are next to
                               ///< each other now
   double noise_mm = 0.0;      ///< robust σ of all magnitudes
   double motion_mm = 0.0;     ///< robust scale of the smooth relative displacement of neighbours
+
+  /// Relative displacement over edge e that is smooth deformation, mm.
+  Vec2 Smooth_mm(const FeatureTriangulation& t, Index e) const {
+    const auto [l, m] = t.edges[e];
+    const Vec2 dx = (t.rest.row(m) - t.rest.row(l)).transpose();
+    return 0.5 * (gradient[l] + gradient[m]) * dx;
+  }
+  /// What is left of it; both features must be usable.
+  Vec2 Jump_mm(const FeatureTriangulation& t, Index e) const {
+    const auto [l, m] = t.edges[e];
+    return (displacement_mm.row(m) - displacement_mm.row(l)).transpose() - Smooth_mm(t, e);
+  }
 };
 
 /// @param current N×2 lateral positions now, mm (pixels back-projected to the rest depth)
