@@ -41,22 +41,77 @@ bool Meets(const CutAttempt& attempt, const CutDemands& demands) {
          patch.vertices.size() <= demands.most_vertices && patch.tets.size() <= demands.most_tets;
 }
 
-CutAttempt Try(const CutPatch& before, const CutPatch& start, CoreNear near,
-               const SurfaceIndex& sheet, const RemeshingOptions& options, bool snapping,
-               std::size_t most_vertices) {
-  CutAttempt attempt{start, {}, 0, 180, 180, 1e300, false};
-  RemeshingOptions used = options;
-  if (!snapping) used.snap_fraction = used.accept_fraction = 0;
-  attempt.snapped = SnapVertices(sheet, used, before, &near, &attempt.patch);
-  if (!SplitCrossedEdges(sheet, near, most_vertices, &attempt.patch)) {
-    attempt.given_up = true;
-    return attempt;
+/// Attempts along one sheet. All that sets them apart is how vertices are snapped: one that snaps
+/// them as an earlier one did would end as that did, and is not made again.
+class Attempts {
+ public:
+  /// What becomes of an attempt; stays when the attempt itself is taken.
+  struct Outcome {
+    std::optional<CutAttempt> attempt;  ///< none where an earlier one was the same
+    bool given_up = false, idle = false;
+    double area_mm2 = 0;
+    Index closed = 0;
+    std::vector<int> pinched;
+  };
+
+  Attempts(const CutPatch& before, const CutPatch& start, const CoreNear& near,
+           const SurfaceIndex& sheet, bool snapping, std::size_t most_vertices)
+      : before_(before),
+        start_(start),
+        near_(near),
+        sheet_(sheet),
+        snapping_(snapping),
+        most_vertices_(most_vertices) {}
+
+  Outcome Try(const RemeshingOptions& options) {
+    CutAttempt attempt{start_, {}, 0, 180, 180, 1e300, false};
+    CoreNear near = near_;
+    RemeshingOptions used = options;
+    if (!snapping_) used.snap_fraction = used.accept_fraction = 0;
+    attempt.snapped = SnapVertices(sheet_, used, before_, &near, &attempt.patch);
+    for (const Made& made : made_)
+      if (SameSnapping(made.vertices, attempt.patch.vertices)) return made.outcome;
+    std::vector<CutPatch::Vertex> vertices = attempt.patch.vertices;
+    Outcome outcome;
+    if (!SplitCrossedEdges(sheet_, near, most_vertices_, &attempt.patch)) {
+      attempt.given_up = true;
+    } else {
+      if (snapping_) ImprovePatch(sheet_, used, before_, &attempt.patch);
+      attempt.separation = OpenFacesOnS(sheet_, &attempt.patch);
+      MeasureShape(&attempt);
+    }
+    outcome.given_up = attempt.given_up;
+    outcome.idle = attempt.separation.faces.empty();
+    outcome.area_mm2 = attempt.separation.area_mm2;
+    outcome.closed = attempt.separation.closed;
+    outcome.pinched = attempt.separation.pinched;
+    made_.push_back({std::move(vertices), outcome});
+    outcome.attempt = std::move(attempt);
+    return outcome;
   }
-  if (snapping) ImprovePatch(sheet, used, before, &attempt.patch);
-  attempt.separation = OpenFacesOnS(sheet, &attempt.patch);
-  MeasureShape(&attempt);
-  return attempt;
-}
+
+ private:
+  struct Made {
+    std::vector<CutPatch::Vertex> vertices;  ///< snapped, before anything is split
+    Outcome outcome;                         ///< without the attempt
+  };
+  static bool SameSnapping(const std::vector<CutPatch::Vertex>& a,
+                           const std::vector<CutPatch::Vertex>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const CutPatch::Vertex& v, const CutPatch::Vertex& w) {
+                        return v.rest == w.rest && v.current == w.current && v.on == w.on &&
+                               v.moved == w.moved;
+                      });
+  }
+
+  const CutPatch& before_;
+  const CutPatch& start_;
+  const CoreNear& near_;
+  const SurfaceIndex& sheet_;
+  bool snapping_;
+  std::size_t most_vertices_;
+  std::vector<Made> made_;
+};
 
 }  // namespace
 
@@ -98,34 +153,34 @@ std::optional<CutAttempt> CutAlong(CutSheet* sheet, const CutPatch& before, CutP
   std::optional<CutAttempt> best, idle_attempt;
   bool separates = false;
   int idle = 0;
+  Attempts attempts(before, start, near, sheet->index, options.snapping, demands.most_vertices);
   for (double factor : {1.0, 0.7, 1.25, 0.45}) {
     RemeshingOptions remeshing;
     remeshing.snap_fraction = factor * options.snap_fraction;
-    CutAttempt attempt =
-        Try(before, start, near, sheet->index, remeshing, options.snapping, demands.most_vertices);
+    Attempts::Outcome outcome = attempts.Try(remeshing);
     // Where the boundary would touch itself in a vertex, that vertex is better not on S.
-    for (int v : attempt.separation.pinched)
+    for (int v : outcome.pinched)
       if (v < static_cast<int>(start.vertices.size())) remeshing.off.push_back(v);
     if (!remeshing.off.empty() && options.snapping) {
-      CutAttempt clear =
-          Try(before, start, near, sheet->index, remeshing, true, demands.most_vertices);
-      if (!clear.given_up && clear.angle_deg >= demands.angles.rest_deg && Meets(clear, demands) &&
-          clear.separation.closed < attempt.separation.closed &&
-          clear.separation.area_mm2 >= kAsMuch * attempt.separation.area_mm2)
-        attempt = std::move(clear);
+      Attempts::Outcome clear = attempts.Try(remeshing);
+      if (clear.attempt && !clear.given_up && clear.attempt->angle_deg >= demands.angles.rest_deg &&
+          Meets(*clear.attempt, demands) && clear.closed < outcome.closed &&
+          clear.area_mm2 >= kAsMuch * outcome.area_mm2)
+        outcome = std::move(clear);
     }
-    if (attempt.given_up) {
+    if (outcome.given_up) {
       separates = true;
       continue;
     }
-    if (attempt.separation.faces.empty()) {
-      if (idle == 0) idle_attempt = std::move(attempt);
+    if (outcome.idle) {
+      if (idle == 0) idle_attempt = std::move(outcome.attempt);
       if (++idle == 2 && !separates) break;  // S only touches the organ
       continue;
     }
     separates = true;
-    if (!Meets(attempt, demands)) continue;
-    if (!best || attempt.angle_deg > best->angle_deg) best = std::move(attempt);
+    // The same as an earlier one is no better.
+    if (!outcome.attempt || !Meets(*outcome.attempt, demands)) continue;
+    if (!best || outcome.attempt->angle_deg > best->angle_deg) best = std::move(outcome.attempt);
     if (best->angle_deg >= std::min(6.0, 2 * options.min_dihedral_deg) || !options.snapping) break;
   }
   if (best && options.snapping && best->angle_deg < demands.angles.rest_deg) best.reset();
