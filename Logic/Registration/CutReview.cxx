@@ -162,8 +162,8 @@ ModelCut MakeDrawnCut(const Points& line, const Vec3& direction, double depth_mm
   cut.detected_frame = state.frame;
   cut.confidence = 1.0;
   cut.drawn = true;
-  // What the features say of a cut's end is as fine as they lie apart: only what opens further
-  // beyond a drawn end than that has been cut since.
+  // What the features say of a cut's end is as fine as they lie apart: from a drawn end on it is
+  // followed a spacing behind, but over the organ's rim.
   cut.too_far_mm.fill(state.evidence.triangulation.spacing_mm);
   return cut;
 }

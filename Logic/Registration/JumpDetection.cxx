@@ -75,14 +75,20 @@ class LateralFrame {
   const SurfaceTree& rest_;
 };
 
-/// t of the line's end: over the organ's rim where that is near, else the extrapolated tip.
+/// Where a fitted line ends.
+struct LineEnd {
+  double at_mm = 0.0;     ///< t of the line
+  bool over_rim = false;  ///< the surface says so, not the evidence alone
+};
+
+/// Over the organ's rim where that is near, else the extrapolated tip.
 /// @param sign −1 begin, +1 end
-double EndOf(const FittedLine& line, int sign, double spacing, const LateralFrame& frame) {
+LineEnd EndOf(const FittedLine& line, int sign, double spacing, const LateralFrame& frame) {
   const double last = sign > 0 ? line.end_mm : line.begin_mm;
   const double reach = kReachSpacings * spacing;
   for (double d = 0.0; d <= reach; d += 0.5)
-    if (!frame.IsOnOrgan(line.At(last + sign * d))) return last + sign * (d + kOver_mm);
-  return last + sign * (sign > 0 ? line.end_tip_mm : line.begin_tip_mm);
+    if (!frame.IsOnOrgan(line.At(last + sign * d))) return {last + sign * (d + kOver_mm), true};
+  return {last + sign * (sign > 0 ? line.end_tip_mm : line.begin_tip_mm), false};
 }
 
 /// Points of the fitted line from t0 to t1 (either direction), on the organ where they are over it.
@@ -112,8 +118,11 @@ double Along(const FittedLine& line, const Eigen::RowVector3d& point, const Late
 
 /// Grows a committed line at its ends to where the fitted line reaches; what is committed stays,
 /// and an end that lies over the organ's rim is an end.
-bool Grow(const FittedLine& line, double begin, double end, double depth, const LateralFrame& frame,
-          const std::array<double, 2>& too_far_mm, CutPolyline* committed) {
+/// @param too_far_mm by this the evidence overshoots the committed line's first and last end
+bool Grow(const FittedLine& line, const LineEnd& line_begin, const LineEnd& line_end, double depth,
+          const LateralFrame& frame, const std::array<double, 2>& too_far_mm,
+          CutPolyline* committed) {
+  double begin = line_begin.at_mm, end = line_end.at_mm;
   if (committed->points.rows() == 0) {
     committed->points = ToRows(Trace(line, begin, end, depth, frame));
     return true;
@@ -125,8 +134,8 @@ bool Grow(const FittedLine& line, double begin, double end, double depth, const 
   std::vector<Vec3> points;
   for (Index i = 0; i <= last; ++i) points.push_back(committed->points.row(i).transpose());
   if (!forward) std::reverse(points.begin(), points.end());
-  begin += too_far_mm[forward ? 0 : 1];
-  end -= too_far_mm[forward ? 1 : 0];
+  if (!line_begin.over_rim) begin += too_far_mm[forward ? 0 : 1];
+  if (!line_end.over_rim) end -= too_far_mm[forward ? 1 : 0];
   const double t_begin = t_of(forward ? 0 : last), t_end = t_of(forward ? last : 0);
   const auto on_organ = [&](const Vec3& p) { return frame.IsOnOrgan(frame.Lateral(p)); };
   const bool begin_open = on_organ(points.front()), end_open = on_organ(points.back());
@@ -222,8 +231,8 @@ std::vector<EvidenceOfCut> ByCut(const std::vector<PartingEdge>& parting,
     if (owner)
       owner->drawn = all.size();
     else if (BeginsCut(EvidenceOf(parting, group)))
-      known.push_back({ToRows(Trace(line, EndOf(line, -1, t.spacing_mm, frame),
-                                    EndOf(line, +1, t.spacing_mm, frame), depth, frame)),
+      known.push_back({ToRows(Trace(line, EndOf(line, -1, t.spacing_mm, frame).at_mm,
+                                    EndOf(line, +1, t.spacing_mm, frame).at_mm, depth, frame)),
                        -1, all.size()});
     all.push_back({owner ? owner->cut : -1, *center, group, line});
   }
@@ -253,12 +262,12 @@ std::vector<CutEvent> DetectCutsByJumps(const Pixels& lateral, const std::vector
     event.point = drawn.center;
     const Evidence weight = EvidenceOf(parting, drawn.pairs);
     if (event.first ? !BeginsCut(weight) : !LeadsOn(weight)) continue;
-    const double begin = EndOf(line, -1, t.spacing_mm, frame);
-    const double end = EndOf(line, +1, t.spacing_mm, frame);
+    const LineEnd begin = EndOf(line, -1, t.spacing_mm, frame);
+    const LineEnd end = EndOf(line, +1, t.spacing_mm, frame);
     const double depth = frame.Depth(drawn.center);
     if (!event.first) {
       ModelCut& cut = state->cuts[cut_index];
-      cut.redrawn = Redrawn(line, begin, end, depth, frame, cut.line.points);
+      cut.redrawn = Redrawn(line, begin.at_mm, end.at_mm, depth, frame, cut.line.points);
     }
     ModelCut grown = event.first ? ModelCut() : state->cuts[cut_index];
     if (!Grow(line, begin, end, depth, frame, grown.too_far_mm, &grown.line)) continue;

@@ -72,11 +72,18 @@ BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind) 
 BoundaryTopology FollowCut(const BoundaryTopology& old, const TetMesh& before,
                            const TopologyChange& change, const Points& blind) {
   const TetMesh& mesh = change.mesh;
+  if (static_cast<Index>(old.tet_of_vertex.size()) != before.VertexCount())
+    return MakeBoundaryTopology(mesh, blind);
   // A face whose corners are not all at changed tetrahedra has the same tetrahedra on its sides.
   std::vector<char> touched(mesh.VertexCount(), 0);
-  for (Index t = 0; t < before.TetCount(); ++t)
-    if (change.kept_tet[t] < 0)
-      for (int k = 0; k < 4; ++k) touched[before.tets(t, k)] = 1;
+  for (Index t = 0; t < before.TetCount(); ++t) {
+    const Index kept = change.kept_tet[t];
+    if (kept >= 0 && mesh.tets.row(kept) == before.tets.row(t)) continue;
+    for (int k = 0; k < 4; ++k) {
+      touched[before.tets(t, k)] = 1;
+      if (kept >= 0) touched[mesh.tets(kept, k)] = 1;
+    }
+  }
   for (const Index t : change.new_tets)
     for (int k = 0; k < 4; ++k) touched[mesh.tets(t, k)] = 1;
   const auto all_touched = [&](const auto& corners) {

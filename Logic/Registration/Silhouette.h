@@ -25,8 +25,8 @@ struct BoundaryTopology {
 /// empty)
 BoundaryTopology MakeBoundaryTopology(const TetMesh& mesh, const Points& blind);
 /// The same for the mesh after a cut, from what it was before: only faces at changed tetrahedra are
-/// looked at.
-/// @param old of the mesh `before`, made with the same `blind`
+/// looked at. Vertices of the mesh before keep their numbers, as the cutter leaves them.
+/// @param old of the mesh `before`, made with the same `blind`; of another one, all is made anew
 BoundaryTopology FollowCut(const BoundaryTopology& old, const TetMesh& before,
                            const TopologyChange& change, const Points& blind);
 

@@ -175,18 +175,7 @@ std::pair<double, double> CheckCutFrames(const TetMesh& mesh, const std::vector<
 void RunKerfCutting(benchmark::State& state, int n) {
   const Workload& workload = GetWorkload(n);
   const double middle = 3.0;
-  std::vector<std::pair<double, Index>> seam;
-  {
-    std::vector<char> sides(workload.mesh.VertexCount(), 0);
-    for (Index t = 0; t < workload.mesh.TetCount(); ++t) {
-      double x = 0.0;
-      for (int a = 0; a < 4; ++a) x += 0.25 * workload.mesh.rest(workload.mesh.tets(t, a), 0);
-      for (int a = 0; a < 4; ++a) sides[workload.mesh.tets(t, a)] |= x > middle ? 2 : 1;
-    }
-    for (Index v = 0; v < workload.mesh.VertexCount(); ++v)
-      if (sides[v] == 3) seam.emplace_back(workload.mesh.rest(v, 1), v);
-    std::sort(seam.begin(), seam.end());
-  }
+  const std::vector<Index> seam = SeamAt(workload.mesh, middle);
   std::vector<double> wall, cpu, apply;
   double iterations = 0.0, converged = 0.0;
   // Bits are the same in every run: what is checked is checked once.
@@ -205,7 +194,7 @@ void RunKerfCutting(benchmark::State& state, int n) {
     for (int frame = 0; frame < kFrames; ++frame) {
       std::vector<Index> front;
       for (std::size_t i = 5 * frame; i < std::min<std::size_t>(seam.size(), 5 * frame + 5); ++i)
-        front.push_back(seam[i].second);
+        front.push_back(seam[i]);
       const TopologyChange change = OpenPlane(mesh, front, Vec3::UnitX(), middle);
       springs.at = change.MapEmbedding(springs.at, mesh);
       positions = change.MapVertexField(positions);

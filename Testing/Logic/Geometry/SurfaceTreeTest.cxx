@@ -40,6 +40,28 @@ TEST(SurfaceTree, RayThatPointsAwayOrPassesBesideMisses) {
   EXPECT_FALSE(tree.FirstHit({{10.5, 0, -50}, Vec3::UnitZ()}));
 }
 
+TEST(SurfaceTree, IsHitSaysWhetherThereIsAFirstHit) {
+  const SurfaceTree tree(Box({8, 4, 2}));
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> u(-6, 6);
+  int hits = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 from = kerf::testing::DrawVec3([&] { return u(random); });
+    const Vec3 to = kerf::testing::DrawVec3([&] { return u(random); });
+    const Ray ray{from, (to - from).normalized()};
+    const bool expected = tree.FirstHit(ray).has_value();
+    EXPECT_EQ(tree.IsHit(ray), expected) << from.transpose() << " to " << to.transpose();
+    hits += expected;
+  }
+  EXPECT_GT(hits, 50);
+  EXPECT_LT(hits, 450);
+  for (const double x :
+       {-4.0, 0.0, 4.0}) {  // along an edge, through a diagonal's end, along an edge
+    const Ray ray{{x, 2.0, -9.0}, Vec3::UnitZ()};
+    EXPECT_EQ(tree.IsHit(ray), tree.FirstHit(ray).has_value()) << x;
+  }
+}
+
 TEST(SurfaceTree, ClosestPointAgreesWithExhaustiveSearch) {
   const SurfaceMesh box = Box({8, 4, 2});
   const SurfaceTree tree(box);
@@ -80,6 +102,7 @@ TEST(SurfaceTree, IsSafeForConcurrentQueries) {
 TEST(SurfaceTree, EmptyAndDegenerateSurfacesDoNotCrash) {
   const SurfaceTree empty{SurfaceMesh{}};
   EXPECT_FALSE(empty.FirstHit({Vec3::Zero(), Vec3::UnitZ()}));
+  EXPECT_FALSE(empty.IsHit({Vec3::Zero(), Vec3::UnitZ()}));
   EXPECT_FALSE(empty.Inside(Vec3::Zero()));
   EXPECT_THROW(empty.Closest(Vec3::Zero()), std::invalid_argument);
   SurfaceMesh flat = Box({2, 2, 2});

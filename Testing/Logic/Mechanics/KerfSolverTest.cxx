@@ -380,6 +380,48 @@ TEST(KerfSolver, RandomVertexSplittingNeverFailsAndDependsOnNeitherRunNorThreads
   }
 }
 
+/// A crack of eight more vertices a frame through a kidney of 4,320 tetrahedra that moves: large
+/// enough for the tip to be solved for while the coarse level follows on another thread.
+/// @return the positions of all frames
+std::vector<Points> WhileACrackGrows(int threads) {
+  TetMesh mesh = Kidney(6);
+  const double middle = 3.0;
+  const std::vector<Index> seam = testing::SeamAt(mesh, middle);
+  Springs springs = SurfaceSprings(mesh, 150, 1e4);
+  auto solver = MakeKerfSolver();
+  solver->Reset(mesh, SoftTissue());
+  SolveOptions options;
+  options.threads = threads;
+  std::vector<Points> frames;
+  Points positions = mesh.rest;
+  solver->Solve(springs, {}, options, &positions, nullptr);
+  for (std::size_t first = 0; first < seam.size(); first += 8) {
+    const std::vector<Index> front(seam.begin() + first,
+                                   seam.begin() + std::min(first + 8, seam.size()));
+    const TopologyChange change = testing::OpenPlane(mesh, front, Vec3::UnitX(), middle);
+    springs.at = change.MapEmbedding(springs.at, mesh);
+    positions = change.MapVertexField(positions);
+    mesh = change.mesh;
+    solver->Apply(change);
+    MoveTargets(mesh, double(first) / seam.size(), &springs);
+    EXPECT_TRUE(solver->Solve(springs, {}, options, &positions, nullptr).converged) << first;
+    frames.push_back(positions);
+  }
+  return frames;
+}
+
+TEST(KerfSolver, AGrowingCrackDependsOnNeitherRunNorThreads) {
+  const std::vector<Points> once = WhileACrackGrows(1);
+  EXPECT_GT(once.size(), 8u);
+  for (int run = 0; run < 4; ++run)
+    for (const int threads : {2, 3}) {
+      const std::vector<Points> again = WhileACrackGrows(threads);
+      ASSERT_EQ(again.size(), once.size());
+      for (std::size_t f = 0; f < once.size(); ++f)
+        ASSERT_EQ(again[f], once[f]) << "frame " << f << ", " << threads << " threads";
+    }
+}
+
 TEST(KerfSolver, WrongUseIsNamed) {
   const TetMesh mesh = Kidney(2);
   auto solver = MakeKerfSolver();

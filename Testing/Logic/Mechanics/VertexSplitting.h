@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "Core/TopologyChange.h"
 
@@ -48,6 +51,23 @@ inline TopologyChange SplitVertex(const TetMesh& mesh, Index vertex, const Vec3&
     change.new_tets.push_back(t);
   }
   return change;
+}
+
+/// Vertices with tetrahedra on both sides of the plane at `x` (by centroid), by rising y.
+inline std::vector<Index> SeamAt(const TetMesh& mesh, double x) {
+  std::vector<char> sides(mesh.VertexCount(), 0);
+  for (Index t = 0; t < mesh.TetCount(); ++t) {
+    double middle = 0.0;
+    for (int a = 0; a < 4; ++a) middle += 0.25 * mesh.rest(mesh.tets(t, a), 0);
+    for (int a = 0; a < 4; ++a) sides[mesh.tets(t, a)] |= middle > x ? 2 : 1;
+  }
+  std::vector<std::pair<double, Index>> seam;
+  for (Index v = 0; v < mesh.VertexCount(); ++v)
+    if (sides[v] == 3) seam.emplace_back(mesh.rest(v, 1), v);
+  std::sort(seam.begin(), seam.end());
+  std::vector<Index> vertices;
+  for (const auto& [y, v] : seam) vertices.push_back(v);
+  return vertices;
 }
 
 /// Opens a planar cut x = `at` (rest) through all vertices on it with y > `from`, one after the

@@ -143,6 +143,17 @@ TEST_F(JumpDetection, ACutThatBeginsOnBothSidesOfAnInstrumentIsOne) {
   EXPECT_LT(state.cuts[0].line.points.col(1).minCoeff(), 2.0);
 }
 
+// That the organ ends there is what its surface says.
+TEST_F(JumpDetection, OvershootingEvidenceLeadsALineOverTheRimAllTheSame) {
+  Know({kCut_mm, 15.0, 150.0}, {kCut_mm, 7.0, 150.0});
+  state.cuts[0].too_far_mm = {8.0, 8.0};
+  EXPECT_GT(OpenAtOnce(20.0, 1.0), 0u);
+  ASSERT_EQ(state.cuts.size(), 1u);
+  const Points& line = state.cuts[0].line.points;
+  EXPECT_LT(line.col(1).minCoeff(), -4.0 - 5.0);  // the slab's side is at y = −4
+  EXPECT_EQ(line.col(1).maxCoeff(), 15.0);
+}
+
 TEST_F(JumpDetection, WhatPartsAcrossTheWayAheadIsAnother) {
   Know({kCut_mm - 30.0, 8.0, 150.0}, {kCut_mm - 15.0, 8.0, 150.0});
   EXPECT_GT(OpenAtOnce(10.0, 1.0), 0u);
