@@ -22,11 +22,14 @@ void MakeParent(const fs::path& path) {
     throw InputError(path.parent_path().string(), "", "cannot be created: " + error.message());
 }
 
-void Sync(const std::string& path) {
+/// What a file system allocates late (NFS, a quota) fails only here. @return 0, or the reason
+int Sync(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
+  if (descriptor < 0) return errno;
+  int problem = ::fsync(descriptor) == 0 ? 0 : errno;
+  if (problem == EINVAL || problem == ENOSYS) problem = 0;  // it has no such thing
   ::close(descriptor);
+  return problem;
 }
 
 /// The system's reason for what just failed. errno was set to 0 before: not every failure sets it.
@@ -44,12 +47,11 @@ std::string TemporaryNameBeside(const std::string& path) {
 }
 
 void CommitTemporary(const std::string& temporary, const std::string& path) {
-  Sync(temporary);
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
-    const std::string problem = std::strerror(errno);
-    std::remove(temporary.c_str());
-    throw InputError(path, "", "cannot be written: " + problem);
-  }
+  int problem = Sync(temporary);
+  if (problem == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) problem = errno;
+  if (problem == 0) return;
+  std::remove(temporary.c_str());
+  throw InputError(path, "", std::string("cannot be written: ") + std::strerror(problem));
 }
 
 void WriteThrough(std::ofstream* stream, const std::string& path, const std::string& text) {
@@ -58,21 +60,57 @@ void WriteThrough(std::ofstream* stream, const std::string& path, const std::str
   if (!*stream) throw InputError(path, "", Because("cannot be written any more"));
 }
 
+void AtomicFile::Buffer::Note(bool failed) {
+  if (failed && first_error_ == 0) first_error_ = errno;
+}
+
+AtomicFile::Buffer::int_type AtomicFile::Buffer::overflow(int_type c) {
+  errno = 0;
+  const int_type written = std::filebuf::overflow(c);
+  Note(traits_type::eq_int_type(written, traits_type::eof()));
+  return written;
+}
+
+std::streamsize AtomicFile::Buffer::xsputn(const char* text, std::streamsize count) {
+  errno = 0;
+  const std::streamsize written = std::filebuf::xsputn(text, count);
+  Note(written != count);
+  return written;
+}
+
+int AtomicFile::Buffer::sync() {
+  errno = 0;
+  const int status = std::filebuf::sync();
+  Note(status != 0);
+  return status;
+}
+
+bool AtomicFile::Buffer::Close() {
+  errno = 0;
+  const bool closed = close() != nullptr;
+  Note(!closed);
+  return closed;
+}
+
 AtomicFile::AtomicFile(const std::string& path)
-    : path_(path), temporary_(TemporaryNameBeside(path)), stream_(temporary_, std::ios::binary) {
-  if (!stream_) throw InputError(path_, "", std::string("cannot be written: ") + strerror(errno));
+    : path_(path), temporary_(TemporaryNameBeside(path)), stream_(&buffer_) {
+  errno = 0;
+  if (!buffer_.open(temporary_, std::ios::out | std::ios::binary))
+    throw InputError(path_, "", Because("cannot be written"));
 }
 
 AtomicFile::~AtomicFile() {
   if (committed_) return;
-  stream_.close();
+  buffer_.close();
   std::remove(temporary_.c_str());
 }
 
 void AtomicFile::Commit() {
-  errno = 0;
-  stream_.close();  // tries again to write what is left: the reason is that of the first failure
-  if (!stream_) throw InputError(path_, "", Because("could not be written completely"));
+  const bool whole = buffer_.Close();  // tries again to write what is left
+  if (!whole || !stream_) {
+    errno = buffer_.FirstError();
+    throw InputError(path_, "", Because("could not be written completely"));
+  }
   CommitTemporary(temporary_, path_);
   committed_ = true;
 }

@@ -17,12 +17,29 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   std::ostream& Stream() { return stream_; }
-  /// @throws InputError naming `path` and the system's reason: a full disk, a folder that is gone
+  /// @throws InputError naming `path` and the system's reason: a full disk, a folder that is gone;
+  /// also where it was a write long before this that failed
   void Commit();
 
  private:
+  /// Keeps why the first write failed: by the time of Commit() errno may be of anything.
+  class Buffer : public std::filebuf {
+   public:
+    int FirstError() const { return first_error_; }
+    bool Close();  ///< @return false where not all was written
+
+   protected:
+    int_type overflow(int_type c) override;
+    std::streamsize xsputn(const char* text, std::streamsize count) override;
+    int sync() override;
+
+   private:
+    void Note(bool failed);
+    int first_error_ = 0;
+  };
   std::string path_, temporary_;
-  std::ofstream stream_;
+  Buffer buffer_;
+  std::ostream stream_;
   bool committed_ = false;
 };
 

@@ -148,6 +148,30 @@ TEST(AtomicFile, AWriteThatFailsIsNamedAsTheSystemNamesIt) {
   EXPECT_EQ(folder.EntryCount(), 1u);
 }
 
+/// As a report of many rows: what fails is a write long before the last, and other calls come
+/// between.
+TEST(AtomicFile, TheReasonOfAnEarlyWriteIsNotForgotten) {
+  TemporaryFolder folder;
+  const std::string path = folder.Write("kept.csv", "old");
+  for (const std::size_t bytes : {100, 20000}) {  // through the stream's buffer, and past it
+    AtomicFile file(path);
+    const auto before = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit limit;
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+    const rlimit small{1000, limit.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    for (int row = 0; row < 500; ++row) file.Stream() << std::string(bytes, 'x') << '\n';
+    EXPECT_FALSE(file.Stream());
+    EXPECT_FALSE(std::ifstream(folder / "none"));  // errno is of something else now
+    const std::string message = MessageOf<InputError>([&] { file.Commit(); });
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, before);
+    EXPECT_THAT(message, HasSubstr("kept.csv: could not be written completely: File too large"));
+    EXPECT_EQ(folder.Read("kept.csv"), "old");
+  }
+  EXPECT_EQ(folder.EntryCount(), 1u);
+}
+
 TEST(Sha256, KnownValues) {
   TemporaryFolder folder;
   EXPECT_EQ(Sha256OfText("abc"),
