@@ -45,8 +45,8 @@ std::string Description(PhantomScenario scenario) {
   switch (scenario) {
     case PhantomScenario::KidneyCut:
       return "Synthetic kidney with tumour and calyces, cut across the long axis from the convex "
-             "border beside the "
-             "tumour while being pulled along the long axis; scissors follow the tip of the cut.";
+             "border beside the tumour while being pulled along the long axis; scissors follow the "
+             "tip of the cut.";
     case PhantomScenario::KidneyCurved:
       return "Synthetic kidney as kidney-cut, along a curve that bends by 13 mm towards the "
              "tumour.";
@@ -54,8 +54,8 @@ std::string Description(PhantomScenario scenario) {
       return "Synthetic kidney as kidney-cut, cut through from border to hilum: two pieces.";
     case PhantomScenario::KidneyTwoCuts:
       return "Synthetic kidney pulled along the long axis and cut twice from the convex border, "
-             "beside "
-             "the upper calyx and, 2.7 s later, beside the tumour; scissors follow each tip.";
+             "beside the upper calyx and, 2.7 s later, beside the tumour; scissors follow each "
+             "tip.";
     case PhantomScenario::KidneyNoCut:
       return "Synthetic kidney pulled, bent and twisted without a cut: every detected cut is "
              "false.";
@@ -65,8 +65,7 @@ std::string Description(PhantomScenario scenario) {
       return "Synthetic band stretched, then cut through from edge to edge: two pieces.";
     case PhantomScenario::BandTwoCuts:
       return "Synthetic band stretched, then cut from one edge and, 1.4 s later, 42 mm away from "
-             "the "
-             "other, while being stretched further.";
+             "the other, while being stretched further.";
     case PhantomScenario::BandStretch:
       return "Synthetic band stretched uniformly without a cut: every detected cut is false.";
   }
