@@ -23,23 +23,29 @@ namespace kerf::testing {
 class SmallDisk {
  public:
   /// Runs this program again, with the disk at `folder`.
-  /// @return its exit status; `skipped`, with a word on stderr, where the kernel lets no one mount
+  /// @return its exit status; `skipped`, with a word on stderr, where the kernel lets no one mount;
+  /// 1, with the same word, where anything else is in the way
   static int RunAgainOn(const std::string& folder, int megabytes, char** argv, int skipped) {
     const pid_t child = fork();
     if (child == 0) {  // without the threads that libraries begin: a condition of the namespace
       // Mounting is root's, or anybody's in a user namespace of their own.
       const std::string size = "size=" + std::to_string(megabytes) + "m";
       const char* what = "a mount namespace";
+      bool may_skip = true;
       if (unshare(CLONE_NEWNS) == 0 || OwnUserNamespace()) {
         what = "a tmpfs";
         if (mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
             mount("kerf-test", folder.c_str(), "tmpfs", 0, size.c_str()) == 0) {
           what = "the test";
+          may_skip = false;
           execv("/proc/self/exe", argv);
         }
       }
-      std::fprintf(stderr, "skipped: the kernel refuses %s: %s\n", what, std::strerror(errno));
-      _exit(skipped);
+      const int problem = errno;
+      may_skip = may_skip && (problem == EPERM || problem == EACCES || problem == ENOSYS);
+      std::fprintf(stderr, "%s: the kernel refuses %s: %s\n", may_skip ? "skipped" : "failed", what,
+                   std::strerror(problem));
+      _exit(may_skip ? skipped : 1);
     }
     int status = 0;
     if (child < 0 || waitpid(child, &status, 0) != child) return 1;
