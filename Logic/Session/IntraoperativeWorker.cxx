@@ -48,11 +48,12 @@ struct IntraoperativeWorker::Implementation {
   bool stop = false;
   struct Posted {
     IntraoperativeDecision decision;
-    bool asked;  ///< the surgeon was asked to confirm when it was posted
+    int asked;  ///< by `asks`, when it was posted
   };
   std::deque<Posted> posted;
   std::deque<std::pair<std::string, JournalData>> notes;
   std::shared_ptr<const IntraoperativeSnapshot> latest;
+  int latest_asks = 0;  ///< `asks` of that
 
   // The worker's own.
   int frames = 0;
@@ -63,6 +64,8 @@ struct IntraoperativeWorker::Implementation {
   Clock::time_point nothing_before;  ///< last registered, or confirmed: what was before is no hang
   std::string off_reason, loss_reason;  ///< last; of the loss that is to be confirmed
   bool needs_confirmation = false;
+  int losses = 0;  ///< grows while one lasts
+  int asks = 0;    ///< after which of them the surgeon can look and confirm; 0: nothing to look at
   SourceState::Kind source_kind = SourceState::Kind::Running;
   SolverPace pace;
   int solver_limit = 0;
@@ -116,7 +119,7 @@ struct IntraoperativeWorker::Implementation {
   void Round();
   void GoOnWithout(const std::string& why);
   void Register(const CapturedFrame& captured);
-  void CarryOut(IntraoperativeDecision decision, bool asked = false);
+  void CarryOut(IntraoperativeDecision decision, int asked = 0);
   void Answer(const std::string& words) {
     said = words;
     ++said_number;
@@ -133,6 +136,11 @@ struct IntraoperativeWorker::Implementation {
     frame.time_s = Seconds(captured.captured - started);
     return frame;
   }
+  /// After Gate(), which writes to the journal, too.
+  void SayRecording(IntraoperativeSnapshot* out) const {
+    out->recording = parts.sink != nullptr;
+    out->recording_problem = recording_problem;
+  }
   void SayNotes() {
     std::deque<std::pair<std::string, JournalData>> lines;
     {
@@ -147,15 +155,19 @@ struct IntraoperativeWorker::Implementation {
     {
       const std::lock_guard lock(mutex);
       latest = std::move(snapshot);
+      latest_asks = asks;
     }
     if (parts.on_snapshot) parts.on_snapshot();
   }
 };
 
-void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decision, bool asked) {
+void IntraoperativeWorker::Implementation::CarryOut(IntraoperativeDecision decision, int asked) {
   if (frames == 0) return;  // there is no state to decide about yet
   const bool confirms = decision.kind == IntraoperativeDecision::Kind::Confirm;
-  if (confirms && !asked) return Answer("There is nothing to confirm.");
+  // Of what was seen: not while the picture is gone, nor of what came after the key was pressed.
+  if (confirms && !(needs_confirmation && asked > 0 && asked == losses))
+    return Answer(needs_confirmation ? "Not confirmed: nothing could be checked at that moment."
+                                     : "There is nothing to confirm.");
   const DecisionOutcome outcome = Decide(parts.session.get(), &decision);
   Answer(outcome.words);
   if (!outcome.done) return;
@@ -201,6 +213,7 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
   out->gate = out->reliability.state;
   out->reason = out->reliability.reason;
   out->stopped = stopped;
+  asks = 0;
   if (!stopped.empty()) {
     out->gate = GateState::Off;
     out->reason = "the registration has stopped: register again";
@@ -232,12 +245,15 @@ void IntraoperativeWorker::Implementation::Gate(const SourceState& source,
   }
   // A loss is never bridged: whether the model is right again is for the surgeon to say.
   const auto since = std::min(off_since.value_or(now), hangs_since.value_or(now));
-  if (!needs_confirmation && Seconds(now - since) > kLossToConfirm_s) {
+  const bool is_long = Seconds(now - since) > kLossToConfirm_s;
+  losses += is_long;
+  if (!needs_confirmation && is_long) {
     needs_confirmation = true;
     loss_reason = is_lost || !hangs_since ? off_reason : kBehindReason;
     Say("confirmation needed", {{"reason", loss_reason}});
   }
   out->needs_confirmation = needs_confirmation;
+  if (!is_lost && needs_confirmation) asks = losses;
   const bool is_off = out->gate == GateState::Off;
   if (is_off) return;
   off_since.reset();
@@ -283,8 +299,7 @@ std::shared_ptr<IntraoperativeSnapshot> IntraoperativeWorker::Implementation::De
   out->registered_fps = registered.PerSecond(now);
   out->source = parts.capture->State();
   Gate(out->source, out.get());
-  out->recording = parts.sink != nullptr;
-  out->recording_problem = recording_problem;
+  SayRecording(out.get());
   out->said = said;
   out->said_number = said_number;
   return out;
@@ -321,12 +336,15 @@ void IntraoperativeWorker::Implementation::WatchSource() {
     Say(source.Usable() ? "source running" : "source lost", {{"message", source.message}});
   }
   const auto shown = Latest();
-  if (!shown || (source.Usable() && shown->said_number == said_number)) return;
+  if (!shown || (source.Usable() && shown->said_number == said_number &&
+                 shown->recording_problem == recording_problem))
+    return;
   auto out = std::make_shared<IntraoperativeSnapshot>(*shown);
   out->source = source;
   out->said = said;
   out->said_number = said_number;
   Gate(source, out.get());
+  SayRecording(out.get());
   Publish(out);
 }
 
@@ -397,13 +415,13 @@ void IntraoperativeWorker::Implementation::GoOnWithout(const std::string& why) {
     if (captured) {
       out->frame = Unregistered(*captured);
       out->captured = captured->captured;
-    } else if (shown && shown->stopped == why) {
+    } else if (shown && shown->stopped == why && shown->recording_problem == recording_problem) {
       continue;
     }
     out->source = parts.capture->State();
-    out->recording = false;
-    out->recording_problem = recording_problem;
     Gate(out->source, out.get());
+    SayRecording(out.get());
+    out->recording = false;  // of pictures that are not registered
     Publish(out);
   }
 }
@@ -446,8 +464,7 @@ void IntraoperativeWorker::Stop() {
 
 void IntraoperativeWorker::Post(IntraoperativeDecision decision) {
   const std::lock_guard lock(implementation_->mutex);
-  const bool asked = implementation_->latest && implementation_->latest->needs_confirmation;
-  implementation_->posted.push_back({std::move(decision), asked});
+  implementation_->posted.push_back({std::move(decision), implementation_->latest_asks});
 }
 
 void IntraoperativeWorker::Note(const std::string& event, const JournalData& data) {

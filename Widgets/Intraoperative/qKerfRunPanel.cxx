@@ -129,7 +129,8 @@ int qKerfRunPanel::CurrentCut(const kerf::IntraoperativeSnapshot& snapshot,
 }
 
 void qKerfRunPanel::Update(const kerf::IntraoperativeSnapshot& snapshot) {
-  confirm_->setVisible(snapshot.needs_confirmation);
+  // Not while there is nothing to look at.
+  confirm_->setVisible(snapshot.needs_confirmation && snapshot.source.Usable());
   cuts_->setRowCount(static_cast<int>(snapshot.cuts.size()));
   for (int row = 0; row < cuts_->rowCount(); ++row) {
     const kerf::CutItem& cut = snapshot.cuts[row];

@@ -38,6 +38,7 @@ struct Log {
   std::atomic<int> recorded{0};
   std::atomic<bool> finished{false};
   int full_at = 1 << 20;
+  std::atomic<bool> full{false};  ///< the journal takes no line any more
   bool Has(const std::string& event) {
     const std::lock_guard lock(mutex);
     return std::count(events.begin(), events.end(), event) > 0;
@@ -62,6 +63,7 @@ class LogSink : public IntraoperativeSink {
   }
   void Say(double time_s, int frame, const std::string& event, const JournalData& data) override {
     const std::lock_guard lock(log_->mutex);
+    if (log_->full) throw InputError("journal.jsonl", "", "No space left on device");
     log_->events.push_back(event);
     log_->entries.push_back({time_s, frame, event, data});
   }
@@ -337,6 +339,63 @@ TEST(Worker, AConfirmationRightAfterAHangNeedsNoSecondOne) {
   scene.worker->Stop();
   EXPECT_EQ(scene.Count("confirmation needed"), 1);
   EXPECT_EQ(scene.Count("registration confirmed"), 1);
+}
+
+TEST(Worker, AConfirmationWhileThePictureIsGoneCountsForNothing) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  *scene.hang = true;
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.needs_confirmation; }));
+  ASSERT_FALSE(scene.worker->Latest()->source.Usable());
+  scene.Post(Kind::Confirm);  // of a picture that is not there
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) {
+    return s.said == "Not confirmed: nothing could be checked at that moment.";
+  }));
+  *scene.hang = false;
+  EXPECT_FALSE(scene.Sees(2, [](const auto& s) { return s.gate != GateState::Off; }));
+  scene.Post(Kind::Confirm);  // of one that is
+  EXPECT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate != GateState::Off; }));
+}
+
+/// Asked after the first hang, pressed in the second: of what came meanwhile nobody has seen a
+/// thing.
+TEST(Worker, AConfirmationInASecondHangCountsForNothing) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  ASSERT_TRUE(scene.GetsStuck());
+  scene.HoldClock();
+  ASSERT_TRUE(scene.Later(0.04));
+  ASSERT_TRUE(scene.Later(1.6));
+  scene.stuck->here = false;
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.needs_confirmation; }));
+  ASSERT_TRUE(scene.GetsStuck());
+  ASSERT_TRUE(scene.Later(0.04));
+  ASSERT_TRUE(scene.Later(3.0));
+  EXPECT_EQ(scene.worker->Current()->reason, "registration behind");
+  scene.Post(Kind::Confirm);
+  scene.stuck->here = false;
+  EXPECT_FALSE(scene.Sees(2, [](const auto& s) { return s.gate != GateState::Off; }));
+  EXPECT_EQ(scene.Count("registration confirmed"), 0);
+}
+
+TEST(Worker, AFullDiskIsSaidWhileTheSourceIsGone) {
+  Scene scene(false);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return s.gate == GateState::Green; }));
+  scene.log->full = true;
+  *scene.hang = true;
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return !s.source.Usable(); }));
+  EXPECT_TRUE(
+      scene.Sees(10, [](const auto& s) { return !s.recording_problem.empty() && !s.recording; }));
+}
+
+TEST(Worker, AFullDiskIsSaidAfterTheRegistrationHasStopped) {
+  Scene scene(false, 1 << 20, 20);
+  ASSERT_TRUE(scene.Sees(10, [](const auto& s) { return !s.stopped.empty(); }));
+  scene.PicturesEnd();
+  ASSERT_TRUE(scene.worker->Latest()->recording_problem.empty());
+  scene.log->full = true;
+  scene.worker->Note("mark", {});
+  EXPECT_TRUE(scene.Sees(10, [](const auto& s) { return !s.recording_problem.empty(); }));
 }
 
 /// Off, since every picture is late, but nothing is lost: the surgeon is asked for nothing.

@@ -148,11 +148,13 @@ void SessionLossGuiTest::APulledStreamSwitchesTheOverlayOffAndComesBack() {
                qPrintable(lamp->text()));
   QTRY_VERIFY(lamp->text().contains("OVERLAY OFF"));
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->needs_confirmation, 10000);
-  QTRY_VERIFY(page.Find<QPushButton>("confirm")->isVisible());
+  QTest::qWait(200);
+  QVERIFY(!page.Find<QPushButton>("confirm")->isVisible());  // there is nothing to look at
   camera.SetSilent(false);
   // The pictures are back, the overlay waits for the surgeon's word.
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->source.Usable(), 20000);
   QTRY_VERIFY2(lamp->text().contains("confirm"), qPrintable(lamp->text()));
+  QTRY_VERIFY(page.Find<QPushButton>("confirm")->isVisible());
   page.Key(Qt::Key_C);
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest()->gate != GateState::Off, 10000);
 
