@@ -33,6 +33,21 @@ std::string Now() {
   return text;
 }
 
+/// Decisions that draw the cuts of a session again.
+std::vector<IntraoperativeDecision> DrawAgain(const std::vector<CutRecord>& cuts,
+                                              const Vec3& direction) {
+  std::vector<IntraoperativeDecision> out;
+  for (const CutRecord& cut : cuts) {
+    IntraoperativeDecision again;
+    again.kind = IntraoperativeDecision::Kind::DrawCut;
+    again.line = cut.polyline_rest;
+    again.direction = direction;
+    again.depth_mm = cut.depth_mm;
+    if (again.line.rows() > 1) out.push_back(again);
+  }
+  return out;
+}
+
 }  // namespace
 
 IntraoperativeDesk::IntraoperativeDesk() = default;
@@ -51,6 +66,7 @@ void IntraoperativeDesk::OpenCase(const std::string& folder,
   planned_ = std::move(planned);
   exposure_.reset();
   resumed_.clear();
+  last_cuts_.reset();
   session_path_.clear();
   intrinsics_.reset();
   given_pose_.reset();
@@ -185,25 +201,11 @@ void IntraoperativeDesk::BeginExposure() {
                                                      planned_->landmarks, start);
 }
 
-std::vector<IntraoperativeDecision> IntraoperativeDesk::CutsOf(const std::string& session,
-                                                               const Vec3& direction) const {
-  std::vector<IntraoperativeDecision> out;
-  const fs::path cuts = fs::path(session) / "cuts.json";
-  if (!fs::exists(cuts)) return out;
-  for (const CutRecord& cut : ReadCutsFile(cuts.string())) {
-    IntraoperativeDecision again;
-    again.kind = IntraoperativeDecision::Kind::DrawCut;
-    again.line = cut.polyline_rest;
-    again.direction = direction;
-    again.depth_mm = cut.depth_mm;
-    if (again.line.rows() > 1) out.push_back(again);
-  }
-  return out;
-}
-
 int IntraoperativeDesk::Resume(const std::string& session) {
   const CameraModel camera = ReadCameraFile((fs::path(session) / "camera.yml").string());
-  resumed_ = CutsOf(session, camera.ViewDirection());
+  const fs::path cuts = fs::path(session) / "cuts.json";
+  resumed_.clear();
+  if (fs::exists(cuts)) resumed_ = DrawAgain(ReadCutsFile(cuts.string()), camera.ViewDirection());
   given_pose_ = camera.camera_from_world;
   exposure_.reset();
   BeginExposure();
@@ -211,7 +213,7 @@ int IntraoperativeDesk::Resume(const std::string& session) {
 }
 
 void IntraoperativeDesk::KeepCutsForNextRun() {
-  if (!session_path_.empty()) resumed_ = CutsOf(session_path_, camera_.ViewDirection());
+  if (last_cuts_) resumed_ = DrawAgain(*last_cuts_, camera_.ViewDirection());
 }
 
 void IntraoperativeDesk::Accept(const RunOptions& options) {
@@ -310,6 +312,7 @@ void IntraoperativeDesk::Stop() {
   if (!worker_) return;
   worker_->Stop();
   recording_problem_ = worker_->RecordingProblem();
+  last_cuts_ = worker_->Cuts();
   worker_.reset();
 }
 

@@ -63,8 +63,8 @@ class IntraoperativeDesk {
   /// Takes over pose and cuts of an unfinished session. @return how many cuts; @throws InputError
   int Resume(const std::string& session);
 
-  /// After Stop(), to register anew: the cuts of that run are drawn again after the next
-  /// acceptance.
+  /// After Stop(), to register anew: the cuts of that run, recorded or not, are drawn again after
+  /// the next acceptance.
   void KeepCutsForNextRun();
 
   /// Cuts of the next run, drawn after its first frame, as those of a session that is resumed.
@@ -128,9 +128,6 @@ class IntraoperativeDesk {
   bool IsVideoFile() const;
   /// @throws InputError when the session's folder cannot be written
   std::unique_ptr<IntraoperativeSink> StartRecording(const RunOptions& options);
-  /// Decisions that draw the cuts of a session again.
-  std::vector<IntraoperativeDecision> CutsOf(const std::string& session,
-                                             const Vec3& direction) const;
 
   std::string case_folder_, pseudonym_, camera_file_, calibrated_, source_path_, session_path_,
       recording_problem_;
@@ -146,6 +143,7 @@ class IntraoperativeDesk {
   std::unique_ptr<ExposureRegistration> exposure_;
   Frame exposure_frame_;
   std::vector<IntraoperativeDecision> resumed_;
+  std::optional<std::vector<CutRecord>> last_cuts_;  ///< of the last run
   std::unique_ptr<IntraoperativeWorker> worker_;
 };
 

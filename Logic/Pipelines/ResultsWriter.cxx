@@ -5,7 +5,7 @@
 #include "Adapters/OpenCv/CameraFile.h"
 #include "Adapters/Vtk/MeshFiles.h"
 #include "Core/Errors.h"
-#include "Registration/CutLine.h"
+#include "Session/AppliedCuts.h"
 #include "Session/IntraoperativeDecision.h"
 
 namespace kerf {
@@ -43,10 +43,6 @@ ResultsWriter::ResultsWriter(const std::string& folder, const CameraModel& camer
       journal_(Path("journal.jsonl")) {
   if (features) features_.emplace(Path("features.csv"));
   WriteCameraFile(Path("camera.yml"), camera);
-}
-
-Points ResultsWriter::SurfaceLine(const ModelCut& cut) const {
-  return LineOnSurface(cut.line, cut.view, uncut_);
 }
 
 void ResultsWriter::AddFrame(const SessionFrame& frame, const RegistrationState& state,
@@ -91,10 +87,7 @@ void ResultsWriter::WriteMeshes(const SessionFrame& frame, const RegistrationSta
 }
 
 void ResultsWriter::WriteCuts(const RegistrationState& state) {
-  cuts_.clear();
-  for (const ModelCut& cut : state.cuts)
-    if (IsApplied(cut))
-      cuts_.push_back({cut.detected_frame, SurfaceLine(cut), cut.depth_mm, cut.confidence});
+  cuts_ = AppliedCuts(state, uncut_);
   WriteCutsFile(Path("cuts.json"), cuts_);
 }
 

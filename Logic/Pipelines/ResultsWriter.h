@@ -29,8 +29,6 @@ class ResultsWriter {
   using OrganView = kerf::OrganView;
   /// Valid until the next call.
   const OrganView& View(const RegistrationState& state) { return view_.Update(state); }
-  /// The cut lines on the rest surface, one per cut.
-  Points SurfaceLine(const ModelCut& cut) const;
 
   /// One frame: rows of the tables; journal entries for cuts and gate changes.
   void AddFrame(const SessionFrame& frame, const RegistrationState& state, double capture_ms,

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "Session/AppliedCuts.h"
 #include "Session/RateMeter.h"
 #include "Session/SolverPace.h"
 
@@ -71,6 +72,7 @@ struct IntraoperativeWorker::Implementation {
   int solver_limit = 0;
   bool search_held = false;
   std::string recording_problem, said, stopped;
+  std::optional<std::vector<CutRecord>> cuts;
   int said_number = 0;
   SessionFrame last;
   std::optional<CapturedFrame> last_captured;
@@ -442,6 +444,7 @@ void IntraoperativeWorker::Implementation::Run() {
   SayNotes();  // of the last frame, and of what it took too long for
   if (frames > 0)
     WithSink([&](IntraoperativeSink& sink) { sink.Finish(parts.session->State(), last); });
+  if (frames > 0) cuts = AppliedCuts(parts.session->State(), SurfaceTree(parts.uncut));
   parts.session.reset();  // here, where waiting for its last search holds nobody
 }
 
@@ -486,6 +489,10 @@ double IntraoperativeWorker::Time_s(std::chrono::steady_clock::time_point captur
 
 const std::string& IntraoperativeWorker::RecordingProblem() const {
   return implementation_->recording_problem;
+}
+
+const std::optional<std::vector<CutRecord>>& IntraoperativeWorker::Cuts() const {
+  return implementation_->cuts;
 }
 
 }  // namespace kerf

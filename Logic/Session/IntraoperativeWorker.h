@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "CaseIO/ResultsFiles.h"
 #include "Session/IntraoperativeDecision.h"
 #include "Session/IntraoperativeSnapshot.h"
 #include "Session/SnapshotMaker.h"
@@ -63,6 +64,8 @@ class IntraoperativeWorker {
   void Stop();
   /// Why recording ended early, empty where all was written. Only after Stop().
   const std::string& RecordingProblem() const;
+  /// Applied in the last state, recorded or not; none where no frame was registered. After Stop().
+  const std::optional<std::vector<CutRecord>>& Cuts() const;
 
  private:
   struct Implementation;

@@ -1,6 +1,8 @@
 // What goes wrong around a session costs neither the session nor what was recorded.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <ctime>
 #include <fstream>
 
@@ -55,6 +57,48 @@ TEST(Desk, ADiskThatFillsUpLosesNothingThatWasWritten) {
   ASSERT_EQ(desk.Unfinished().size(), 1u);
   desk.BeginExposure();
   EXPECT_EQ(desk.Resume(session.string()), 0);
+}
+
+/// As a full disk: no file takes another byte while this lives.
+class NoRoom {
+ public:
+  NoRoom() : before_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &limit_);
+    const rlimit none{0, limit_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~NoRoom() {
+    setrlimit(RLIMIT_FSIZE, &limit_);
+    std::signal(SIGXFSZ, before_);
+  }
+
+ private:
+  void (*before_)(int);
+  rlimit limit_{};
+};
+
+TEST(Desk, ACutDrawnAfterTheDiskFilledUpIsThereWhenRegisteredAgain) {
+  const PhantomCase phantom(2000);
+  IntraoperativeDesk desk;
+  Start(phantom, &desk);
+  {
+    const NoRoom full;
+    ASSERT_TRUE(Within(20, [&] { return !desk.Latest()->recording_problem.empty(); }));
+    IntraoperativeDecision drawn;
+    drawn.kind = IntraoperativeDecision::Kind::DrawCut;
+    drawn.stroke.resize(2, 2);
+    drawn.stroke << 330, 340, 330, 200;
+    desk.Post(drawn);
+    ASSERT_TRUE(Within(20, [&] { return desk.Latest()->cuts.size() == 1; }));
+    desk.Stop();
+  }
+  desk.KeepCutsForNextRun();
+  desk.BeginExposure();
+  desk.Accept({});
+  ASSERT_TRUE(Within(20, [&] { return desk.Latest() && !desk.Latest()->cuts.empty(); }));
+  EXPECT_TRUE(desk.Latest()->cuts[0].drawn);
+  EXPECT_EQ(desk.Latest()->cuts[0].state, CutItem::State::Applied);
+  EXPECT_TRUE(desk.Latest()->recording);
 }
 
 TEST(Desk, PicturesOfOneFrameStayInTheOrderInWhichTheyWereKept) {

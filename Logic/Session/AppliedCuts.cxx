@@ -1,0 +1,16 @@
+#include "Session/AppliedCuts.h"
+
+#include "Registration/CutLine.h"
+
+namespace kerf {
+
+std::vector<CutRecord> AppliedCuts(const RegistrationState& state, const SurfaceTree& uncut) {
+  std::vector<CutRecord> applied;
+  for (const ModelCut& cut : state.cuts)
+    if (cut.surface.triangles.rows() > 0 && !cut.held)
+      applied.push_back({cut.detected_frame, LineOnSurface(cut.line, cut.view, uncut), cut.depth_mm,
+                         cut.confidence});
+  return applied;
+}
+
+}  // namespace kerf
