@@ -240,7 +240,7 @@ void IntraoperativeDesk::Accept(const RunOptions& options) {
     // Surgery does not wait for a disk: without a recording the session runs all the same.
     try {
       parts.sink = StartRecording(options);
-    } catch (const InputError& error) {
+    } catch (const std::exception& error) {
       parts.recording_problem = error.what();
     }
   }
@@ -263,7 +263,7 @@ std::unique_ptr<IntraoperativeSink> IntraoperativeDesk::StartRecording(const Run
                                                       exposure_->Description());
     session_path_ = session.root;
     return recorder;
-  } catch (const InputError&) {  // no half of a video, no session without a frame
+  } catch (...) {  // no half of a video, no session without a frame
     std::error_code ignored;
     fs::remove_all(session.root, ignored);
     throw;
@@ -296,6 +296,7 @@ std::string IntraoperativeDesk::KeepPicture(const Image& image, int frame,
   const fs::path folder = fs::path(session_path_) / "snapshots";
   std::error_code error;
   fs::create_directories(folder, error);
+  if (error) throw InputError(folder.string(), "", "cannot be made: " + error.message());
   const double time_s = worker_ ? std::max(0.0, worker_->Time_s(captured)) : 0.0;
   const std::string name =
       frame >= 0 ? fmt::format("frame_{:06d}", frame) : fmt::format("time_{:09.3f}", time_s);

@@ -93,7 +93,7 @@ class IntraoperativeDesk {
   /// The artery is clamped, or open again: for the journal.
   void Clamp(bool closed);
   /// Keeps a picture in the session. @param frame its number as registered, −1: by its time
-  /// @return its path; empty where nothing is recorded
+  /// @return its path; empty where nothing is recorded; @throws InputError where it cannot be kept
   std::string KeepPicture(const Image& image, int frame,
                           std::chrono::steady_clock::time_point captured);
   /// Ends the run; the recording is complete afterwards.

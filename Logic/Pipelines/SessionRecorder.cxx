@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 
@@ -24,12 +25,19 @@ void Link(const std::string& from, const std::string& to) {
   fs::create_hard_link(from, to, error);
   if (!error) return;
   // Another file system. Not fs::copy_file: of a full disk it says "Input/output error".
+  const auto unreadable = [&] {
+    return InputError(from, "", std::string("cannot be read: ") + std::strerror(errno));
+  };
   std::ifstream in(from, std::ios::binary);
-  if (!in) throw InputError(from, "", "cannot be read");
+  if (!in) throw unreadable();
   std::ofstream out(to, std::ios::binary);
   std::string some(std::size_t(1) << 20, '\0');
   while (in.read(some.data(), static_cast<std::streamsize>(some.size())) || in.gcount() > 0)
     WriteThrough(&out, to, some.substr(0, static_cast<std::size_t>(in.gcount())));
+  if (in.bad()) throw unreadable();
+  out.close();
+  if (!out || fs::file_size(to, error) != fs::file_size(from, error) || error)
+    throw InputError(to, "", "could not be written completely");
 }
 
 /// Place for the pictures, and what ran. @return with the name of the video, where it is one

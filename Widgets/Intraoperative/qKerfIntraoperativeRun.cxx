@@ -157,7 +157,9 @@ void qKerfIntraoperativeWidget::KeepSnapshot() {
     // While the overlay is off the view is ahead of what is registered.
     const int frame = shown_->captured == shown_picture_ ? shown_->frame.index : -1;
     const std::string path = desk_.KeepPicture(image, frame, shown_picture_);
-    if (!path.empty())
+    if (path.empty())
+      services_.say_problem(tr("Snapshot not kept: the session is not recorded."));
+    else
       services_.say(tr("Snapshot kept: %1").arg(qKerfShortPath(QString::fromStdString(path))));
   });
 }

@@ -13,6 +13,7 @@
 #include "DeskScene.h"
 #include "Pipelines/ReplayPipeline.h"
 #include "Pipelines/SessionPlayback.h"
+#include "Pipelines/SessionRecorder.h"
 #include "Session/ResectionFiles.h"
 
 namespace kerf {
@@ -99,6 +100,36 @@ TEST(Desk, ACutDrawnAfterTheDiskFilledUpIsThereWhenRegisteredAgain) {
   EXPECT_TRUE(desk.Latest()->cuts[0].drawn);
   EXPECT_EQ(desk.Latest()->cuts[0].state, CutItem::State::Applied);
   EXPECT_TRUE(desk.Latest()->recording);
+}
+
+TEST(Desk, APictureThatCannotBeKeptNamesTheFolder) {
+  const PhantomCase phantom(2000);
+  IntraoperativeDesk desk;
+  Start(phantom, &desk);
+  std::ofstream(desk.SessionPath() + "/snapshots") << "in the way";
+  const auto now = desk.Latest();
+  try {
+    desk.KeepPicture(*now->frame.image, 3, now->captured);
+    FAIL() << "kept";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("/snapshots: cannot be made: "), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(Desk, AVideoThatCannotBeReadToItsEndIsNotKeptAsAWholeOne) {
+  const PhantomCase phantom(2000);
+  SessionFolder session;
+  session.root = phantom.Folder() + "/sessions/broken";
+  fs::create_directories(session.root);
+  try {
+    // On another file system, and every read of it is an error.
+    SessionRecorder recorder(session, {}, {}, "/proc/self/mem", {});
+    FAIL() << "recorded";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("/proc/self/mem: cannot be read: "), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Desk, PicturesOfOneFrameStayInTheOrderInWhichTheyWereKept) {
