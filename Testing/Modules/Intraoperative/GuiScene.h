@@ -67,6 +67,23 @@ struct Page {
     for (int i = 0; i < list->count(); ++i) all += list->item(i)->text() + "\n";
     return all;
   }
+  QString TextOf(const char* label) { return Find<QLabel>(label)->text(); }
+  /// Every picture of a file is registered, as fast as that goes.
+  void UseEveryFrame() {
+    CaptureOptions options;
+    options.every = true;
+    options.paced = false;
+    widget->Desk().SetCaptureOptions(options);
+  }
+  /// A session over every frame of these pictures, from the given pose. @return whether it runs
+  bool BeginSession(const QString& case_folder, const QString& pictures) {
+    UseEveryFrame();
+    widget->OpenCase(case_folder);
+    widget->OpenSource(pictures);
+    if (!QTest::qWaitFor([&] { return widget->Desk().Newest().has_value(); }, 20000)) return false;
+    widget->StartWithGivenPose();
+    return widget->CurrentStep() == qKerfIntraoperativeWidget::Run;
+  }
   /// Presses Export. @return whether all files are there and none is empty
   bool Exports() {
     Click("export");

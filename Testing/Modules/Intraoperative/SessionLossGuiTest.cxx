@@ -22,23 +22,6 @@ namespace {
 
 constexpr char kCrash[] = "--run-and-be-killed";
 
-void UseEveryFrame(Page* page) {
-  CaptureOptions options;
-  options.every = true;
-  options.paced = false;
-  page->widget->Desk().SetCaptureOptions(options);
-}
-
-bool BeginSession(Page* page, const QString& case_folder) {
-  UseEveryFrame(page);
-  page->widget->OpenCase(case_folder);
-  page->widget->OpenSource(QString(KERF_TEST_PHANTOM) + "/video.mp4");
-  if (!QTest::qWaitFor([&] { return page->widget->Desk().Newest().has_value(); }, 20000))
-    return false;
-  page->widget->StartWithGivenPose();
-  return page->widget->CurrentStep() == qKerfIntraoperativeWidget::Run;
-}
-
 /// The phantom's first pictures, to and fro: nothing is cut in them.
 std::vector<Image> FirstPictures() {
   std::vector<Image> pictures;
@@ -88,7 +71,7 @@ int PlaceIn(const QImage& picture) {
 /// The other process: runs until a cut is in the model, says how far it came, and is killed.
 int RunAndBeKilled(const QString& case_folder) {
   Page page;
-  if (!BeginSession(&page, case_folder)) return 1;
+  if (!page.BeginSession(case_folder, QString(KERF_TEST_PHANTOM) + "/video.mp4")) return 1;
   const auto cut = [&] {
     const auto latest = page.Latest();
     return latest && !latest->cuts.empty() && latest->cuts[0].state == CutItem::State::Applied &&
@@ -300,7 +283,7 @@ void SessionLossGuiTest::KilledInTheMiddleAndTakenUpAgain() {
   QVERIFY(reached > 0);
 
   Page page;
-  UseEveryFrame(&page);
+  page.UseEveryFrame();
   page.widget->OpenCase(case_);
   const auto unfinished = page.widget->Desk().Unfinished();
   QCOMPARE(unfinished.size(), std::size_t(1));
