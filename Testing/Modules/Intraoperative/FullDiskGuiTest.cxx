@@ -248,6 +248,7 @@ void FullDiskGuiTest::TheDiskIsFullFromTheStart() {
     QVERIFY2(page.TextOf("recording").contains(case_ + "/sessions/"),
              qPrintable(page.TextOf("recording")));
     QTRY_VERIFY(page.TextOf("figures").contains("NOT RECORDED"));
+    QTRY_VERIFY_WITH_TIMEOUT(page.widget->Shown() != nullptr, 30000);
     page.Click("snapshot");
     QTRY_VERIFY2(page.problems.contains("Snapshot not kept: the session is not recorded."),
                  qPrintable(page.problems.join("\n")));
