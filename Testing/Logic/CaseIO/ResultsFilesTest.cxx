@@ -1,9 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <cmath>
-#include <csignal>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -11,6 +9,7 @@
 #include "CaseIO/AtomicFile.h"
 #include "CaseIO/ResultsFiles.h"
 #include "Core/Errors.h"
+#include "Support/FileSizeLimit.h"
 #include "TemporaryFolder.h"
 
 namespace kerf {
@@ -128,20 +127,21 @@ TEST(Journal, AFullDiskIsNamedAsTheSystemNamesIt) {
   EXPECT_THAT(message, HasSubstr("cannot be written any more: No space left on device"));
 }
 
+/// What committing the file says after `write` while none grows beyond 1,000 bytes.
+template <class Write>
+std::string MessageWithLittleRoom(AtomicFile& file, Write write) {
+  const testing::FileSizeLimit limit(1000);
+  write();
+  return MessageOf<InputError>([&] { file.Commit(); });
+}
+
 TEST(AtomicFile, AWriteThatFailsIsNamedAsTheSystemNamesIt) {
   TemporaryFolder folder;
   const std::string path = folder.Write("kept.csv", "old");
   for (const std::size_t bytes : {2000, 200000}) {  // less and more than a stream's buffer
     AtomicFile file(path);
-    const auto before = std::signal(SIGXFSZ, SIG_IGN);
-    rlimit limit;
-    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
-    const rlimit small{1000, limit.rlim_max};
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-    file.Stream() << "first," << std::string(bytes, 'x');
-    const std::string message = MessageOf<InputError>([&] { file.Commit(); });
-    setrlimit(RLIMIT_FSIZE, &limit);
-    std::signal(SIGXFSZ, before);
+    const std::string message =
+        MessageWithLittleRoom(file, [&] { file.Stream() << "first," << std::string(bytes, 'x'); });
     EXPECT_THAT(message, HasSubstr("kept.csv: could not be written completely: File too large"));
     EXPECT_EQ(folder.Read("kept.csv"), "old");
   }
@@ -155,17 +155,11 @@ TEST(AtomicFile, TheReasonOfAnEarlyWriteIsNotForgotten) {
   const std::string path = folder.Write("kept.csv", "old");
   for (const std::size_t bytes : {100, 20000}) {  // through the stream's buffer, and past it
     AtomicFile file(path);
-    const auto before = std::signal(SIGXFSZ, SIG_IGN);
-    rlimit limit;
-    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
-    const rlimit small{1000, limit.rlim_max};
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-    for (int row = 0; row < 500; ++row) file.Stream() << std::string(bytes, 'x') << '\n';
-    EXPECT_FALSE(file.Stream());
-    EXPECT_FALSE(std::ifstream(folder / "none"));  // errno is of something else now
-    const std::string message = MessageOf<InputError>([&] { file.Commit(); });
-    setrlimit(RLIMIT_FSIZE, &limit);
-    std::signal(SIGXFSZ, before);
+    const std::string message = MessageWithLittleRoom(file, [&] {
+      for (int row = 0; row < 500; ++row) file.Stream() << std::string(bytes, 'x') << '\n';
+      EXPECT_FALSE(file.Stream());
+      EXPECT_FALSE(std::ifstream(folder / "none"));  // errno is of something else now
+    });
     EXPECT_THAT(message, HasSubstr("kept.csv: could not be written completely: File too large"));
     EXPECT_EQ(folder.Read("kept.csv"), "old");
   }

@@ -1,8 +1,6 @@
 // What goes wrong around a session costs neither the session nor what was recorded.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <ctime>
 #include <fstream>
 
@@ -15,6 +13,7 @@
 #include "Pipelines/SessionPlayback.h"
 #include "Pipelines/SessionRecorder.h"
 #include "Session/ResectionFiles.h"
+#include "Support/FileSizeLimit.h"
 
 namespace kerf {
 namespace {
@@ -60,30 +59,12 @@ TEST(Desk, ADiskThatFillsUpLosesNothingThatWasWritten) {
   EXPECT_EQ(desk.Resume(session.string()), 0);
 }
 
-/// As a full disk: no file takes another byte while this lives.
-class NoRoom {
- public:
-  NoRoom() : before_(std::signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &limit_);
-    const rlimit none{0, limit_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &none);
-  }
-  ~NoRoom() {
-    setrlimit(RLIMIT_FSIZE, &limit_);
-    std::signal(SIGXFSZ, before_);
-  }
-
- private:
-  void (*before_)(int);
-  rlimit limit_{};
-};
-
 TEST(Desk, ACutDrawnAfterTheDiskFilledUpIsThereWhenRegisteredAgain) {
   const PhantomCase phantom(2000);
   IntraoperativeDesk desk;
   Start(phantom, &desk);
   {
-    const NoRoom full;
+    const testing::FileSizeLimit full(0);
     ASSERT_TRUE(Within(20, [&] { return !desk.Latest()->recording_problem.empty(); }));
     IntraoperativeDecision drawn;
     drawn.kind = IntraoperativeDecision::Kind::DrawCut;

@@ -90,13 +90,7 @@ void FullDiskGuiTest::IsTakenUpAgain(const QString& session, const QString& pict
   auto* resume = page.Find<QPushButton>("resume");
   QVERIFY(resume->isVisible());
   QVERIFY2(resume->text().contains(QFileInfo(session).fileName()), qPrintable(resume->text()));
-  page.Type("source", pictures, true);
-  page.Type("confirmed", QString::fromStdString(page.widget->Desk().Pseudonym()));
-  QTRY_VERIFY2_WITH_TIMEOUT(page.Find<QPushButton>("register")->isEnabled(),
-                            qPrintable(page.ChecksText()), 20000);
-  page.Click("resume");
-  QCOMPARE(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Exposure);
-  page.Click("accept_registration");
+  QVERIFY(page.TakeUpAgain(pictures));
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest() && page.Latest()->frame.index >= 2, 30000);
   QVERIFY(page.Latest()->cuts.size() >= cuts);
   for (std::size_t i = 0; i < cuts; ++i) QVERIFY(page.Latest()->cuts[i].drawn);

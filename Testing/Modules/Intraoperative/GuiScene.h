@@ -84,6 +84,21 @@ struct Page {
     widget->StartWithGivenPose();
     return widget->CurrentStep() == qKerfIntraoperativeWidget::Run;
   }
+  /// Goes through the check-in with these pictures and takes the offered session up again. @return
+  /// whether it is being registered
+  bool TakeUpAgain(const QString& pictures) {
+    Type("source", pictures, true);
+    Type("confirmed", QString::fromStdString(widget->Desk().Pseudonym()));
+    auto* proceed = Find<QPushButton>("register");
+    if (!QTest::qWaitFor([&] { return proceed->isEnabled(); }, 20000)) {
+      qWarning("%s", qPrintable(ChecksText()));
+      return false;
+    }
+    Click("resume");
+    if (widget->CurrentStep() != qKerfIntraoperativeWidget::Exposure) return false;
+    Click("accept_registration");
+    return true;
+  }
   /// Presses Export. @return whether all files are there and none is empty
   bool Exports() {
     Click("export");

@@ -295,13 +295,7 @@ void SessionLossGuiTest::KilledInTheMiddleAndTakenUpAgain() {
   QCOMPARE(page.widget->CurrentStep(), qKerfIntraoperativeWidget::CheckIn);
   QCOMPARE(page.problems.size(), 1);
   page.problems.clear();
-  page.Type("source", QString(KERF_TEST_PHANTOM) + "/video.mp4", true);
-  page.Type("confirmed", QString::fromStdString(page.widget->Desk().Pseudonym()));
-  QTRY_VERIFY2_WITH_TIMEOUT(page.Find<QPushButton>("register")->isEnabled(),
-                            qPrintable(page.ChecksText()), 20000);
-  page.Click("resume");
-  QCOMPARE(page.widget->CurrentStep(), qKerfIntraoperativeWidget::Exposure);
-  page.Click("accept_registration");
+  QVERIFY(page.TakeUpAgain(QString(KERF_TEST_PHANTOM) + "/video.mp4"));
   QTRY_VERIFY_WITH_TIMEOUT(page.Latest() && !page.Latest()->cuts.empty(), 30000);
   // The cut of then is in the model from the start.
   QVERIFY(page.Latest()->cuts[0].drawn);

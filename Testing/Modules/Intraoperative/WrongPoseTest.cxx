@@ -2,7 +2,6 @@
 // pulls it in, and what comes out is better than with `--outline off`.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,6 +13,7 @@
 #include "Pipelines/EvaluatePipeline.h"
 #include "Pipelines/ReplayPipeline.h"
 #include "PlannedStudy.h"
+#include "Support/CasesFolder.h"
 
 namespace kerf {
 namespace {
@@ -38,8 +38,7 @@ double PoseError_mm(const Points& model, const CameraModel& a, const CameraModel
 class WrongPose : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* cases = std::getenv("KERF_CASES");
-    given_ = fs::path(cases ? cases : KERF_CASES_DEFAULT) / "kidney-1";
+    given_ = testing::CasesFolder() / "kidney-1";
     if (!fs::exists(given_)) GTEST_SKIP() << "no kidney-1 among the cases (KERF_CASES)";
     fs::remove_all(root_);
     fs::create_directories(root_ / "study");
