@@ -29,9 +29,6 @@ std::string PrepareFolder(const std::string& folder) {
   return folder;
 }
 
-/// Not rejected, and no mere proposal.
-bool IsApplied(const ModelCut& cut) { return cut.surface.triangles.rows() > 0 && !cut.held; }
-
 }  // namespace
 
 ResultsWriter::ResultsWriter(const std::string& folder, const CameraModel& camera,

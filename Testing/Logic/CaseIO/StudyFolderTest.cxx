@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-
 #include "CaseIO/StudyFolder.h"
 #include "Core/Errors.h"
 #include "Support/CasesFolder.h"

@@ -213,8 +213,8 @@ void IntraoperativeGuiTest::OneKeySwitchesTheOverlayOffAndPresetsChangeIt() {
   QVERIFY(std::isfinite(page_->Latest()->margin_mm));
 }
 
-/// Capitals of 12 minutes of arc, for a glance (ISO 9241: 16 where one reads on), on a 24-inch screen
-/// of 16:9, in the strip below the picture alone.
+/// Capitals of 12 minutes of arc, for a glance (ISO 9241: 16 where one reads on), on a 24-inch
+/// screen of 16:9, in the strip below the picture alone.
 void IntraoperativeGuiTest::TheStripIsReadFromTwoMetres() {
   constexpr double kScreen_mm = 298.9, kDistance_mm = 2000.0;
   page_->Key(Qt::Key_F);
